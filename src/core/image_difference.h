@@ -12,7 +12,8 @@ struct ImageDifference {
   double rmse = 0, max = 0, psnr = 0, ssim = 1, flip = 0;
 };
 
-/// Throws OptionError when the sizes differ, naming both; images must have 4 channels. NaN counts as a difference of infinity.
+/// Throws OptionError when the sizes differ, naming both; images must have 4 channels. NaN counts as a difference of
+/// infinity, even against NaN; for SSIM it shows as black, for FLIP its pixel has error 1.
 ImageDifference compareImages(const Image& a, const Image& b);
 
 /// FLIP's per-pixel error map in [0, 1], one channel.

@@ -26,6 +26,7 @@ ThreadPool::~ThreadPool() = default;
 
 void ThreadPool::forEach(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) {
   if (count == 0) return;
+  grain = std::max<size_t>(grain, 1);
   if (threads_ == 1 || count <= grain) {
     for (size_t b = 0; b < count; b += grain) body(b, std::min(count, b + grain));
     return;

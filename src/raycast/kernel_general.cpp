@@ -1,0 +1,119 @@
+// The general ray casting kernel: 16 rays of a tile side by side, footprints fetched by pair loads, the transfer function
+// by loads of whole RGBA nodes. Compiled once per instruction set by Highway's foreach_target.
+#include "raycast/tile_kernel.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "raycast/kernel_general.cpp"
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
+#include <hwy/foreach_target.h>
+// foreach_target comes first by Highway's rules
+#include <hwy/highway.h>
+
+#include "raycast/kernel_general-inl.h"
+
+#if HWY_ONCE
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "raycast/headlight.h"
+
+namespace kairos {
+namespace {
+
+using Selector = TileKernel (*)(const KernelScene&);
+
+struct CompiledTarget {
+  Isa isa;
+  int64_t bit;
+  Selector select;
+};
+
+constexpr CompiledTarget kTargets[] = {
+#if HWY_TARGETS & HWY_AVX3
+    {Isa::avx512, HWY_AVX3, &N_AVX3::selectGeneral},
+#endif
+#if HWY_TARGETS & HWY_AVX2
+    {Isa::avx2, HWY_AVX2, &N_AVX2::selectGeneral},
+#endif
+#if HWY_TARGETS & HWY_SSE4
+    {Isa::sse4, HWY_SSE4, &N_SSE4::selectGeneral},
+#endif
+};
+
+const std::vector<CompiledTarget>& supportedTargets() {
+  static const std::vector<CompiledTarget> supported = [] {
+    const int64_t here = hwy::SupportedTargets();
+    std::vector<CompiledTarget> list;
+    for (const CompiledTarget& t : kTargets)
+      if ((t.bit & here) != 0) list.push_back(t);
+    return list;
+  }();
+  return supported;
+}
+
+}  // namespace
+
+const char* name(Isa isa) {
+  switch (isa) {
+    case Isa::avx512: return "avx512";
+    case Isa::avx2: return "avx2";
+    case Isa::sse4: return "sse4";
+    case Isa::scalar: return "scalar";
+    default: return "auto";
+  }
+}
+
+Isa bestIsa() { return supportedTargets().empty() ? Isa::scalar : supportedTargets().front().isa; }
+
+const std::vector<Isa>& supportedIsas() {
+  static const std::vector<Isa> isas = [] {
+    std::vector<Isa> list;
+    for (const CompiledTarget& t : supportedTargets()) list.push_back(t.isa);
+    return list;
+  }();
+  return isas;
+}
+
+TileKernel generalKernel(const KernelScene& scene, Isa isa) {
+  if (isa == Isa::scalar || (isa == Isa::automatic && supportedTargets().empty())) return scalarKernel(scene);
+  for (const CompiledTarget& t : supportedTargets())
+    if (isa == Isa::automatic || t.isa == isa) return t.select(scene);
+  std::string known;
+  for (Isa i : supportedIsas()) known += std::string(name(i)) + ", ";
+  throw OptionError("--isa", std::string("this machine cannot run \"") + name(isa) + "\", expected one of " + known + "scalar");
+}
+
+KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume, const ClassificationTable& table,
+                            const uint8_t* visible) {
+  KernelScene s{};
+  s.type = volume.lattice().type;
+  s.bricks = volume.brickPointers().data();
+  s.visible = visible;
+  s.gridSize = volume.gridSize();
+  s.nodes = table.nodes();
+  s.rangeLo = table.range().lo;
+  s.scale = table.scale();
+  s.lastNode = float(table.nodeCount() - 1);
+  s.firstVisible = table.firstVisible();
+  s.lastVisible = table.lastVisible();
+  s.filter = settings.filter;
+  s.mode = settings.mode;
+  s.shade = settings.shade;
+  s.depth = settings.depth;
+  s.terminate = settings.terminate;
+  s.background = float(volume.background());
+  s.worldStep = float(settings.worldStep(volume.lattice()));
+  s.footprintShift = float(settings.footprintShift());
+  const Affine indexFromWorld = volume.lattice().worldFromIndex.inverse();
+  const double voxel = volume.lattice().worldFromIndex.voxelSize();
+  for (int row = 0; row < 3; ++row)
+    for (int a = 0; a < 3; ++a) s.worldFromIndexGradient[row][a] = float(indexFromWorld.column[size_t(row)][a] * voxel);
+  const float flat = Headlight::kFlatGradient * (table.range().hi - table.range().lo);
+  s.flatGradientSquared = std::max(flat * flat, 1e-30f);
+  return s;
+}
+
+}  // namespace kairos
+
+#endif  // HWY_ONCE

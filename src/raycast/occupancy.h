@@ -1,0 +1,39 @@
+// Which bricks can change an image, under one transfer function and mode.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "raycast/render_settings.h"
+#include "volume/brick_volume.h"
+
+namespace kairos {
+
+/// One flag per cell. A brick that is not visible adds exactly nothing to any ray through it, so leaving it out
+/// cannot change a bit of the image:
+/// dvr: every value between its smallest and largest classifies to zero opacity;
+/// mip and average: it holds nothing but the background.
+class Occupancy {
+ public:
+  Occupancy(const RenderSettings& settings, const ClassificationTable& table);
+
+  void build(const BrickVolume& volume);
+  /// Refreshes `cells` after an update of the volume. `before[i]` receives the earlier flag of cells[i].
+  void update(const BrickVolume& volume, std::span<const uint32_t> cells, std::vector<uint8_t>& before);
+
+  bool visible(uint32_t cell) const { return visible_[cell] != 0; }
+  const uint8_t* flags() const { return visible_.data(); }
+  uint32_t visibleCount() const { return visibleCount_; }
+
+ private:
+  bool judge(const BrickVolume& volume, uint32_t cell) const;
+
+  const ClassificationTable& table_;
+  RenderMode mode_;
+  bool skip_;
+  std::vector<uint8_t> visible_;
+  uint32_t visibleCount_ = 0;
+};
+
+}  // namespace kairos

@@ -1,0 +1,189 @@
+#include "raycast/reference_caster.h"
+
+#include <limits>
+
+#include "raycast/scalar_sampling.h"
+
+namespace kairos {
+namespace {
+
+template <class Real>
+void clearPartial(RenderMode mode, Real* partial) {
+  std::fill_n(partial, 5, Real(0));
+  if (mode == RenderMode::mip) partial[0] = -std::numeric_limits<Real>::infinity();
+}
+
+// Puts a partial behind a pixel. True when the ray terminates.
+template <class Real>
+bool addPartial(const KernelScene& scene, const Real* partial, Real* pixel) {
+  if (scene.mode == RenderMode::mip) {
+    pixel[0] = std::max(pixel[0], partial[0]);
+    return false;
+  }
+  if (scene.mode == RenderMode::average) {
+    pixel[0] += partial[0];
+    return false;
+  }
+  if (scene.depth) over<5>(pixel, partial);
+  else over<4>(pixel, partial);
+  return !(pixel[3] < Real(scene.terminate));
+}
+
+template <class Real>
+void clearPixel(const KernelScene& scene, const TileRays& rays, int lane, Real* pixel) {
+  std::fill_n(pixel, 5, Real(0));
+  if (scene.mode == RenderMode::mip)
+    pixel[0] = rays.kBegin[lane] < rays.kEnd[lane] ? Real(scene.background) : -std::numeric_limits<Real>::infinity();
+}
+
+// ---- the scalar kernel ----
+
+struct SampleSpan {
+  int32_t begin, end;
+};
+
+SampleSpan laneSpan(const KernelScene& scene, const TileRays& rays, const Segment& segment, const Vec3d& base, int lane) {
+  SampleSpan span{std::max(segment.kBegin, rays.kBegin[lane]), std::min(segment.kEnd, rays.kEnd[lane])};
+  if (!rays.packetOwned)
+    for (int a = 0; a < 3; ++a) {
+      const double origin = rays.origin[a][lane] + double(scene.footprintShift), delta = rays.delta[a][lane];
+      const double low = base[a], high = base[a] + kBrickEdge;
+      span.begin = std::max(span.begin, firstSampleBeyond(delta < 0 ? high : low, origin, delta));
+      span.end = std::min(span.end, firstSampleBeyond(delta < 0 ? low : high, origin, delta));
+    }
+  return span;
+}
+
+Vec3d brickBase(const KernelScene& scene, uint32_t cell) {
+  const auto c = int32_t(cell);
+  const Vec3i at{c % scene.gridSize.x, c / scene.gridSize.x % scene.gridSize.y, c / scene.gridSize.x / scene.gridSize.y};
+  return Vec3d(at * kBrickEdge);
+}
+
+template <class T>
+void integrateScalar(const KernelScene& scene, const TileRays& rays, const Segment& segment, int channels, float* partial,
+                     TileCounters& counters) {
+  const Vec3d base = brickBase(scene, segment.cell);
+  const T* brick = static_cast<const T*>(scene.bricks[segment.cell]);
+  ++counters.segmentsIntegrated;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    float sums[5];
+    clearPartial(scene.mode, sums);
+    const SampleSpan span = laneSpan(scene, rays, segment, base, lane);
+    for (int32_t k = span.begin; k < span.end; ++k) addSample(scene, rays, lane, k, brick, base, sums, counters);
+    for (int c = 0; c < channels; ++c) partial[c * kLanes + lane] = sums[c];
+  }
+}
+
+// Puts a segment's partials behind a tile's pixels. True when all rays have terminated.
+bool compositeScalar(const KernelScene& scene, const float* partial, int channels, float* pixels) {
+  bool allDone = scene.mode == RenderMode::dvr;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    float pixel[5], back[5];
+    for (int c = 0; c < channels; ++c) {
+      pixel[c] = pixels[c * kLanes + lane];
+      back[c] = partial[c * kLanes + lane];
+    }
+    bool done = scene.mode == RenderMode::dvr && !(pixel[3] < scene.terminate);
+    if (!done) done = addPartial(scene, back, pixel);
+    for (int c = 0; c < channels; ++c) pixels[c * kLanes + lane] = pixel[c];
+    allDone = allDone && done;
+  }
+  return allDone;
+}
+
+template <class T>
+void castTileScalar(const KernelScene& scene, const TileTask& task, TileCounters& counters) {
+  const int channels = scene.mode == RenderMode::dvr ? (scene.depth ? 5 : 4) : 1;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    float pixel[5];
+    clearPixel(scene, *task.rays, lane, pixel);
+    for (int c = 0; c < channels; ++c) task.pixels[c * kLanes + lane] = pixel[c];
+  }
+  float scratch[5 * kLanes];
+  for (uint32_t s = 0; s < task.segmentCount; ++s) {
+    const Segment& segment = task.segments[s];
+    if (!scene.visible[segment.cell]) {
+      ++counters.segmentsSkipped;
+      continue;
+    }
+    float* partial = task.partials ? task.partials + size_t(s) * size_t(channels) * kLanes : scratch;
+    if (task.partials == nullptr || task.stale[s]) {
+      integrateScalar<T>(scene, *task.rays, segment, channels, partial, counters);
+      if (task.partials) task.stale[s] = 0;
+    }
+    ++counters.segmentsComposited;
+    if (compositeScalar(scene, partial, channels, task.pixels)) break;
+  }
+}
+
+// ---- the oracle ----
+
+// Which cell owns sample k along one axis, asked anew for every sample.
+int32_t owningCell(double origin, double delta, int32_t k, int32_t cells) {
+  auto cell = int32_t(std::floor((origin + (k + 0.5) * delta) / kBrickEdge));
+  if (delta < 0) {
+    while (k < firstSampleBeyond(double(cell + 1) * kBrickEdge, origin, delta)) ++cell;
+    while (k >= firstSampleBeyond(double(cell) * kBrickEdge, origin, delta)) --cell;
+  } else {
+    while (k < firstSampleBeyond(double(cell) * kBrickEdge, origin, delta)) --cell;
+    while (k >= firstSampleBeyond(double(cell + 1) * kBrickEdge, origin, delta)) ++cell;
+  }
+  return std::clamp(cell, 0, cells - 1);
+}
+
+template <class T>
+void castRay(const KernelScene& scene, const ViewRays& view, const TileRays& rays, int lane, double* pixel) {
+  LatticeRay owner = rays.owner;
+  if (!rays.packetOwned)
+    for (int a = 0; a < 3; ++a) {
+      owner.origin[a] = rays.origin[a][lane] + view.footprintShift();
+      owner.delta[a] = rays.delta[a][lane];
+    }
+  clearPixel(scene, rays, lane, pixel);
+  double partial[5];
+  clearPartial(scene.mode, partial);
+  TileCounters counters;
+  Vec3i current{-1, -1, -1};
+  bool terminated = false;
+  for (int32_t k = rays.kBegin[lane]; k < rays.kEnd[lane] && !terminated; ++k) {
+    Vec3i cell;
+    for (int a = 0; a < 3; ++a) cell[a] = owningCell(owner.origin[a], owner.delta[a], k, scene.gridSize[a]);
+    if (cell != current && current.x >= 0) {
+      terminated = addPartial(scene, partial, pixel);
+      clearPartial(scene.mode, partial);
+      if (terminated) return;
+    }
+    current = cell;
+    const auto index = uint32_t((cell.z * scene.gridSize.y + cell.y) * scene.gridSize.x + cell.x);
+    addSample(scene, rays, lane, k, static_cast<const T*>(scene.bricks[index]), Vec3d(cell * kBrickEdge), partial, counters);
+  }
+  if (current.x >= 0) addPartial(scene, partial, pixel);
+}
+
+}  // namespace
+
+TileKernel scalarKernel(const KernelScene& scene) {
+  return dispatch(scene.type, []<class T>() -> TileKernel { return &castTileScalar<T>; });
+}
+
+std::vector<double> castReference(const RenderSettings& settings, const BrickVolume& volume) {
+  const ClassificationTable table = settings.classification(volume.lattice());
+  const KernelScene scene = makeKernelScene(settings, volume, table, nullptr);
+  const ViewRays view(settings, volume.lattice(), volume.gridOrigin());
+  const auto channels = size_t(settings.channels());
+  std::vector<double> image(size_t(settings.width) * size_t(settings.height) * channels);
+  for (int tile = 0; tile < view.tileCount(); ++tile) {
+    const TileRays rays = view.rays(tile);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int x = tile % view.tilesX() * kTileEdge + lane % kTileEdge, y = tile / view.tilesX() * kTileEdge + lane / kTileEdge;
+      if (x >= settings.width || y >= settings.height) continue;
+      double pixel[5];
+      dispatch(scene.type, [&]<class T>() { castRay<T>(scene, view, rays, lane, pixel); });
+      std::copy_n(pixel, channels, &image[(size_t(y) * size_t(settings.width) + size_t(x)) * channels]);
+    }
+  }
+  return image;
+}
+
+}  // namespace kairos

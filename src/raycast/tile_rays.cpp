@@ -1,0 +1,131 @@
+#include "raycast/tile_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace kairos {
+namespace {
+
+constexpr double kMaxIndex = 1 << 30;
+
+int32_t toIndex(double k) { return int32_t(std::clamp(k, -kMaxIndex, kMaxIndex)); }
+
+// Narrows [begin, end) to the samples with lo <= origin + (k + 0.5) * delta <= hi.
+void clipToSlab(double lo, double hi, double origin, double delta, int32_t& begin, int32_t& end) {
+  if (delta == 0) {
+    if (origin < lo || origin > hi) end = begin;
+    return;
+  }
+  double in = (lo - origin) / delta, out = (hi - origin) / delta;
+  if (in > out) std::swap(in, out);
+  begin = std::max(begin, toIndex(std::ceil(in - 0.5)));
+  end = std::min(end, toIndex(std::floor(out - 0.5) + 1));
+}
+
+}  // namespace
+
+int32_t firstSampleBeyond(double plane, double origin, double delta) {
+  const double inverse = 1.0 / (delta == 0 ? 1e-300 : delta);
+  const double k = (plane - origin) * inverse - 0.5;
+  return toIndex(delta < 0 ? std::floor(k) + 1 : std::ceil(k));
+}
+
+int32_t TileRays::firstSample() const {
+  int32_t k = int32_t(kMaxIndex);
+  for (int l = 0; l < kLanes; ++l)
+    if (kBegin[l] < kEnd[l]) k = std::min(k, kBegin[l]);
+  return k;
+}
+
+int32_t TileRays::lastSample() const {
+  int32_t k = 0;
+  for (int l = 0; l < kLanes; ++l)
+    if (kBegin[l] < kEnd[l]) k = std::max(k, kEnd[l]);
+  return k;
+}
+
+ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const Vec3i& gridOrigin)
+    : generator_(settings.camera, settings.width, settings.height),
+      width_(settings.width),
+      height_(settings.height),
+      tilesX_((settings.width + kTileEdge - 1) / kTileEdge),
+      tilesY_((settings.height + kTileEdge - 1) / kTileEdge),
+      worldStep_(settings.worldStep(lattice)),
+      perspective_(settings.camera.projection == Camera::Projection::perspective),
+      shift_(settings.footprintShift()),
+      footprintWidth_(settings.footprintWidth()),
+      gridFromWorld_(lattice.worldFromIndex.inverse()),
+      samplingBox_(lattice.samplingBox()),
+      clipped_(settings.clipBox.has_value()),
+      clipBox_(settings.clipBox.value_or(PointBox{})) {
+  const Vec3d origin(gridOrigin);
+  gridFromWorld_.translation = gridFromWorld_.translation - origin;
+  samplingBox_.lo = samplingBox_.lo - origin;
+  samplingBox_.hi = samplingBox_.hi - origin;
+  eye_ = gridFromWorld_.point(settings.camera.eye);
+  const PointBox world = lattice.worldBounds();
+  const double farthest = length(settings.camera.eye - (world.lo + world.hi) * 0.5) + length(world.hi - world.lo);
+  if (!(farthest / worldStep_ < kMaxIndex / 2))
+    throw OptionError("--eye", "the camera is " + std::to_string(farthest / worldStep_) +
+                                   " sample distances away from the volume, expected fewer than 5e8");
+}
+
+void ViewRays::geometry(int tile, TileRays& rays) const {
+  const int x0 = tile % tilesX_ * kTileEdge, y0 = tile / tilesX_ * kTileEdge;
+  for (int l = 0; l < kLanes; ++l) {
+    const Ray ray = generator_.ray(x0 + l % kTileEdge + 0.5, y0 + l / kTileEdge + 0.5);
+    const Vec3d o = perspective_ ? eye_ : gridFromWorld_.point(ray.origin);
+    const Vec3d d = gridFromWorld_.vector(ray.direction * worldStep_);
+    for (int a = 0; a < 3; ++a) {
+      rays.origin[a][l] = o[a];
+      rays.delta[a][l] = d[a];
+      rays.direction[a][l] = float(ray.direction[a]);
+    }
+  }
+}
+
+TileRays ViewRays::rays(int tile) const {
+  TileRays rays;
+  geometry(tile, rays);
+  findSampleRanges(tile, rays);
+  decideOwnership(rays);
+  return rays;
+}
+
+void ViewRays::findSampleRanges(int tile, TileRays& rays) const {
+  const int x0 = tile % tilesX_ * kTileEdge, y0 = tile / tilesX_ * kTileEdge;
+  for (int l = 0; l < kLanes; ++l) {
+    const int x = x0 + l % kTileEdge, y = y0 + l / kTileEdge;
+    int32_t begin = 0, end = x < width_ && y < height_ ? int32_t(kMaxIndex) : 0;
+    for (int a = 0; a < 3; ++a)
+      clipToSlab(samplingBox_.lo[a], samplingBox_.hi[a], rays.origin[a][l], rays.delta[a][l], begin, end);
+    if (clipped_ && begin < end) {
+      const Ray ray = generator_.ray(x + 0.5, y + 0.5);
+      for (int a = 0; a < 3; ++a)
+        clipToSlab(clipBox_.lo[a], clipBox_.hi[a], ray.origin[a], ray.direction[a] * worldStep_, begin, end);
+    }
+    rays.kBegin[l] = begin;
+    rays.kEnd[l] = std::max(begin, end);
+  }
+}
+
+void ViewRays::decideOwnership(TileRays& rays) const {
+  // The smallest corner of all lanes at sample k is itself a ray: lanes share their origin (perspective) or their
+  // direction (orthographic), and k + 0.5 > 0.
+  Vec3d spread;
+  const double tEnd = rays.lastSample() + 0.5;
+  for (int a = 0; a < 3; ++a) {
+    const auto [o0, o1] = std::minmax_element(rays.origin[a], rays.origin[a] + kLanes);
+    const auto [d0, d1] = std::minmax_element(rays.delta[a], rays.delta[a] + kLanes);
+    rays.owner.origin[a] = *o0 + shift_;
+    rays.owner.delta[a] = *d0;
+    spread[a] = (*o1 - *o0) + tEnd * (*d1 - *d0);
+  }
+  // Footprints up to `apron + 1` voxels wide fit; the epsilon covers the kernel's rounding.
+  const double room = kBrickApron + 1 - footprintWidth_;
+  rays.packetOwned = std::max({spread.x, spread.y, spread.z}) + 1e-3 <= room;
+}
+
+}  // namespace kairos

@@ -1,0 +1,84 @@
+// The rays of one tile, and which bricks own their samples.
+#pragma once
+
+#include <cstdint>
+
+#include "core/camera.h"
+#include "raycast/render_settings.h"
+#include "volume/brick_volume.h"
+
+namespace kairos {
+
+/// A tile is a packet of 4x4 rays; lane l is pixel (4 tx + l % 4, 4 ty + l / 4).
+inline constexpr int kTileEdge = 4;
+inline constexpr int kLanes = 16;
+
+/// A ray in grid space (voxels, relative to BrickVolume::gridOrigin), on the lattice of samples: sample k stands at
+/// origin + (k + 0.5) * delta, k an integer counted from the ray's world origin.
+struct LatticeRay {
+  Vec3d origin, delta;
+};
+
+/// The first sample index at which a ray has passed the plane `x = plane` of one axis. Both bricks that share the plane
+/// ask this one function, so a sample belongs to exactly one brick whatever the rounding. A ray parallel to the plane
+/// counts as moving infinitely slowly in the positive direction. Clamped to +-2^30.
+int32_t firstSampleBeyond(double plane, double origin, double delta);
+
+/// The 16 rays of a tile, in grid space, lane by lane.
+struct alignas(64) TileRays {
+  double origin[3][kLanes], delta[3][kLanes];
+  float direction[3][kLanes];               // unit vectors in world space
+  int32_t kBegin[kLanes], kEnd[kLanes];     // samples inside the volume and the clip box; empty for lanes off the image
+
+  /// Sample ownership. A brick owns sample k of lane l when it contains the low corner of the sample's footprint. Where
+  /// all 16 footprints together fit one brick with its apron along the whole tile (`packetOwned`), the low corner is
+  /// that of their union, so that the packet never needs a second brick; it moves along `owner`, a ray of its own.
+  /// Otherwise each lane has its own. Grid space, footprint shift included.
+  bool packetOwned;
+  LatticeRay owner;
+
+  int32_t firstSample() const;
+  int32_t lastSample() const;  // one past
+};
+
+/// All tiles' rays of one view of one lattice; immutable, safe to share between threads.
+class ViewRays {
+ public:
+  /// Throws OptionError when the sample indices would not fit 30 bits (a camera absurdly far away for the step).
+  ViewRays(const RenderSettings& settings, const Lattice& lattice, const Vec3i& gridOrigin);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int tilesX() const { return tilesX_; }
+  int tilesY() const { return tilesY_; }
+  int tileCount() const { return tilesX_ * tilesY_; }
+  double worldStep() const { return worldStep_; }
+  bool perspective() const { return perspective_; }
+  /// Grid-space position of the eye.
+  Vec3d eye() const { return eye_; }
+  double footprintShift() const { return shift_; }
+  int footprintWidth() const { return footprintWidth_; }
+
+  /// Everything about a tile's rays. `geometry` alone leaves out sample ranges and ownership, which never change and
+  /// may be kept by the caller.
+  TileRays rays(int tile) const;
+  void geometry(int tile, TileRays& rays) const;
+
+ private:
+  void findSampleRanges(int tile, TileRays& rays) const;
+  void decideOwnership(TileRays& rays) const;
+
+  RayGenerator generator_;
+  int width_, height_, tilesX_, tilesY_;
+  double worldStep_;
+  bool perspective_;
+  double shift_;
+  int footprintWidth_;
+  Affine gridFromWorld_;
+  Vec3d eye_;
+  PointBox samplingBox_;  // grid space
+  bool clipped_;
+  PointBox clipBox_;      // world space
+};
+
+}  // namespace kairos

@@ -1,0 +1,266 @@
+#include "volume/brick_volume.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <new>
+#include <string>
+
+#include "core/error.h"
+
+namespace kairos {
+
+// Bricks come from chunks that never move, and go back to a free list.
+class BrickVolume::Pool {
+ public:
+  explicit Pool(ElementType type) : brickBytes_(roundUp(size_t(kBrickVoxels) * size_t(bytesPerVoxel(type)) + kSlack)) {}
+
+  void* allocate() {
+    std::lock_guard lock(mutex_);
+    if (free_.empty()) {
+      void* chunk = std::aligned_alloc(64, kChunkBricks * brickBytes_);
+      if (chunk == nullptr) throw std::bad_alloc();
+      chunks_.emplace_back(chunk);
+      for (size_t i = kChunkBricks; i-- > 0;) free_.push_back(static_cast<std::byte*>(chunk) + i * brickBytes_);
+    }
+    void* brick = free_.back();
+    free_.pop_back();
+    return brick;
+  }
+  void release(void* brick) {
+    std::lock_guard lock(mutex_);
+    free_.push_back(brick);
+  }
+  uint64_t bytes() const { return chunks_.size() * kChunkBricks * brickBytes_; }
+  uint32_t allocated() const { return uint32_t(chunks_.size() * kChunkBricks - free_.size()); }
+
+ private:
+  static constexpr size_t kChunkBricks = 64;
+  static constexpr size_t kSlack = 64;  // vector loads may run past the last voxel
+  static size_t roundUp(size_t n) { return (n + 63) / 64 * 64; }
+  struct Free {
+    void operator()(void* p) const { std::free(p); }
+  };
+
+  size_t brickBytes_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<void, Free>> chunks_;
+  std::vector<void*> free_;
+};
+
+// A leaf to be written: 512-bit mask and packed values, or all 512 values where `mask` is null.
+struct BrickVolume::LeafView {
+  Vec3i origin;
+  const uint64_t* mask;
+  const void* values;
+};
+
+// One leaf's (or its first half's) place in one brick.
+struct BrickVolume::Placement {
+  uint32_t cell, leaf;
+};
+
+namespace {
+
+// How far below the sampling box a footprint's low corner may start: one voxel for the sampling margin, one for the
+// gradient stencil, three for the smallest corner of a 4x4 packet.
+constexpr int kLowMargin = 5;
+
+template <class T>
+ValueRange rangeOf(const T* voxels) {
+  // Row-wise, so that the compiler keeps 20 independent minima and maxima in vector registers.
+  T lo[kBrickStride], hi[kBrickStride];
+  std::copy_n(voxels, kBrickStride, lo);
+  std::copy_n(voxels, kBrickStride, hi);
+  for (int row = 1; row < kBrickStride * kBrickStride; ++row)
+    for (int x = 0; x < kBrickStride; ++x) {
+      const T v = voxels[row * kBrickStride + x];
+      lo[x] = v < lo[x] ? v : lo[x];
+      hi[x] = v > hi[x] ? v : hi[x];
+    }
+  return {float(*std::min_element(lo, lo + kBrickStride)), float(*std::max_element(hi, hi + kBrickStride))};
+}
+
+// Which of the four 5-voxel blocks along x a 20-bit row mask touches.
+constexpr uint64_t blocksOfRow(uint32_t row) {
+  return uint64_t((row & 0x1f) != 0) | uint64_t((row & 0x3e0) != 0) << 1 | uint64_t((row & 0x7c00) != 0) << 2 |
+         uint64_t((row & 0xf8000) != 0) << 3;
+}
+
+template <class T>
+T stored(T value, T background) {
+  return isFiniteValue(value) ? value : background;
+}
+
+constexpr std::array<uint64_t, 8> kAllChanged{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
+
+}  // namespace
+
+BrickVolume::BrickVolume(const Lattice& lattice, const Field& field, ThreadPool& pool)
+    : lattice_(lattice),
+      background_(std::isfinite(lattice.background) ? lattice.background : 0.0),
+      pool_(std::make_unique<Pool>(lattice.type)) {
+  if (field.type() != lattice.type)
+    throw StateError("the field holds " + std::string(name(field.type())) + " values, its lattice says " +
+                     std::string(name(lattice.type)));
+  const VoxelBox domain = lattice.domain.empty() ? VoxelBox{{0, 0, 0}, {1, 1, 1}} : lattice.domain;
+  for (int a = 0; a < 3; ++a) {
+    gridOrigin_[a] = floorToMultiple(domain.lo[a] - kLowMargin, kLeafEdge);
+    gridSize_[a] = (domain.hi[a] + 1 - gridOrigin_[a] + kBrickEdge - 1) / kBrickEdge;
+  }
+  const int64_t cells = int64_t(gridSize_.x) * gridSize_.y * gridSize_.z;
+  if (cells > (int64_t(1) << 31))
+    throw StateError("the domain of " + std::to_string(domain.size().x) + " x " + std::to_string(domain.size().y) +
+                     " x " + std::to_string(domain.size().z) + " voxels needs " + std::to_string(cells) +
+                     " bricks; at most 2^31 are supported");
+  dispatch(lattice.type, [&]<class T>() {
+    T* brick = static_cast<T*>(pool_->allocate());
+    std::fill_n(brick, kBrickVoxels, T(background_));
+    backgroundBrick_ = brick;
+  });
+  bricks_.assign(size_t(cells), backgroundBrick_);
+  ranges_.assign(size_t(cells), {float(background_), float(background_)});
+
+  leafViews_.clear();
+  std::visit(
+      [&](const auto& values) {
+        for (size_t i = 0; i < field.leafCount(); ++i)
+          leafViews_.push_back({field.leafOrigins[i], nullptr, values.data() + i * kLeafVoxels});
+      },
+      field.values);
+  scatter(leafViews_, pool);
+}
+
+BrickVolume::~BrickVolume() = default;
+BrickVolume::BrickVolume(BrickVolume&&) noexcept = default;
+
+Vec3i BrickVolume::cellCoordinates(uint32_t cell) const {
+  const auto x = int32_t(cell % uint32_t(gridSize_.x)), rest = int32_t(cell / uint32_t(gridSize_.x));
+  return {x, rest % gridSize_.y, rest / gridSize_.y};
+}
+
+uint64_t BrickVolume::memoryBytes() const {
+  return pool_->bytes() + bricks_.size() * (sizeof(void*) + sizeof(ValueRange));
+}
+
+uint32_t BrickVolume::allocatedBricks() const { return pool_->allocated(); }
+
+namespace {
+
+void checkInsideDomain(const ChangedLeaf& leaf, const VoxelBox& domain) {
+  const VoxelBox box{leaf.origin, leaf.origin + Vec3i{kLeafEdge, kLeafEdge, kLeafEdge}};
+  if (domain.contains(box)) return;
+  for (int z = 0; z < 8; ++z)
+    for (uint64_t word = leaf.mask[size_t(z)]; word != 0; word &= word - 1) {
+      const int bit = std::countr_zero(word);
+      const Vec3i v = leaf.origin + Vec3i{bit & 7, bit >> 3, z};
+      if (!domain.contains(v))
+        throw StateError("changed voxel (" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " +
+                         std::to_string(v.z) + ") lies outside the volume's domain");
+    }
+}
+
+}  // namespace
+
+const DirtyBricks& BrickVolume::apply(const ChangedVoxels& changes, ThreadPool& pool) {
+  if (changes.type() != lattice_.type)
+    throw StateError("changed voxels hold " + std::string(name(changes.type())) + " values, the volume holds " +
+                     std::string(name(lattice_.type)));
+  for (const ChangedLeaf& leaf : changes.leaves) checkInsideDomain(leaf, lattice_.domain);
+  leafViews_.clear();
+  std::visit(
+      [&](const auto& values) {
+        for (const ChangedLeaf& leaf : changes.leaves)
+          leafViews_.push_back({leaf.origin, leaf.mask.data(), values.data() + leaf.first});
+      },
+      changes.values);
+  scatter(leafViews_, pool);
+  return dirty_;
+}
+
+// Sorts the leaves per brick, so that each brick is touched once, by one thread.
+void BrickVolume::scatter(std::span<const LeafView> leaves, ThreadPool& pool) {
+  placements_.clear();
+  for (uint32_t i = 0; i < leaves.size(); ++i) {
+    const Vec3i local = leaves[i].origin - gridOrigin_;
+    Vec3i own, first;  // the owning cell, and the first cell whose apron reaches into the leaf
+    bool inside = true;
+    for (int a = 0; a < 3; ++a) {
+      own[a] = floorToMultiple(local[a], kBrickEdge) / kBrickEdge;
+      first[a] = std::max(own[a] - (local[a] == own[a] * kBrickEdge ? 1 : 0), 0);
+      inside = inside && local[a] >= 0 && own[a] < gridSize_[a];
+    }
+    if (!inside) continue;  // padding of a leaf that straddles the domain's edge
+    for (int z = first.z; z <= own.z; ++z)
+      for (int y = first.y; y <= own.y; ++y)
+        for (int x = first.x; x <= own.x; ++x) placements_.push_back({cellIndex({x, y, z}), i});
+  }
+  std::sort(placements_.begin(), placements_.end(), [](const Placement& a, const Placement& b) {
+    return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf;
+  });
+  groups_.clear();
+  dirty_.cells.clear();
+  for (uint32_t i = 0; i < placements_.size(); ++i)
+    if (i == 0 || placements_[i].cell != placements_[i - 1].cell) {
+      groups_.push_back(i);
+      dirty_.cells.push_back(placements_[i].cell);
+    }
+  groups_.push_back(uint32_t(placements_.size()));
+  dirty_.subBlocks.assign(dirty_.cells.size(), 0);
+
+  dispatch(lattice_.type, [&]<class T>() {
+    pool.forEach(dirty_.cells.size(), 4, [&](size_t begin, size_t end) {
+      for (size_t g = begin; g < end; ++g)
+        updateBrick<T>(dirty_.cells[g], std::span(placements_).subspan(groups_[g], groups_[g + 1] - groups_[g]), leaves,
+                       dirty_.subBlocks[g]);
+    });
+  });
+}
+
+template <class T>
+void BrickVolume::updateBrick(uint32_t cell, std::span<const Placement> placements, std::span<const LeafView> leaves,
+                              uint64_t& subBlocks) {
+  const T background = T(background_);
+  T* brick = const_cast<T*>(static_cast<const T*>(bricks_[cell]));
+  if (brick == backgroundBrick_) {
+    brick = static_cast<T*>(pool_->allocate());
+    std::fill_n(brick, kBrickVoxels, background);
+  }
+  const Vec3i origin = cellOrigin(cell);
+  for (const Placement& placement : placements) {
+    const LeafView& leaf = leaves[placement.leaf];
+    const Vec3i at = leaf.origin - origin;  // 0, 8 or 16 on each axis; from 16 on only the apron's half is ours
+    const Vec3i extent{std::min(8, kBrickStride - at.x), std::min(8, kBrickStride - at.y), std::min(8, kBrickStride - at.z)};
+    const uint32_t columns = (1u << extent.x) - 1;
+    const T* values = static_cast<const T*>(leaf.values);
+    const uint64_t* mask = leaf.mask ? leaf.mask : kAllChanged.data();
+    for (int z = 0; z < extent.z; ++z) {
+      const T* next = values;
+      values += std::popcount(mask[z]);
+      for (int y = 0; y < extent.y; ++y) {
+        const auto row = uint32_t(mask[z] >> (8 * y)) & 0xff;
+        if (row == 0) continue;
+        T* out = brick + ((at.z + z) * kBrickStride + at.y + y) * kBrickStride + at.x;
+        if (row == 0xff) {
+          for (int x = 0; x < extent.x; ++x) out[x] = stored(next[x], background);
+        } else {
+          const T* value = next;
+          for (uint32_t bits = row; bits != 0; bits &= bits - 1, ++value)
+            if (const int x = std::countr_zero(bits); x < extent.x) out[x] = stored(*value, background);
+        }
+        next += std::popcount(row);
+        subBlocks |= blocksOfRow((row & columns) << at.x) << (4 * ((at.y + y) / kSubBlockEdge) + 16 * ((at.z + z) / kSubBlockEdge));
+      }
+    }
+  }
+  ranges_[cell] = rangeOf(brick);
+  if (ranges_[cell] == ValueRange{float(background), float(background)}) {
+    pool_->release(brick);
+    bricks_[cell] = backgroundBrick_;
+  } else {
+    bricks_[cell] = brick;
+  }
+}
+
+}  // namespace kairos
