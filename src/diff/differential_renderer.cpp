@@ -102,7 +102,7 @@ class DifferentialRenderer::Implementation {
   TileKernel kernel_ = nullptr;
   std::vector<uint32_t> tileOrder_, dirtyTiles_;
   std::vector<uint8_t> tileDirty_, visibleBefore_;
-  std::vector<float> pixels_;             // tile by tile, channels x 16
+  std::vector<float> pixels_;             // tile by tile, pixelPlanes x 16
   std::atomic<uint64_t> tilesUncached_{0};
   std::unique_ptr<ChangeDetector> detector_;
   double detectorTolerance_ = 0;
@@ -142,7 +142,7 @@ void DifferentialRenderer::Implementation::prepareView() {
   }
   tileOrder_ = orderTiles(*view_, options_.tileOrder);
   tileDirty_.assign(size_t(view_->tileCount()), 0);
-  pixels_.assign(size_t(view_->tileCount()) * size_t(settings_.channels()) * kLanes, 0.0f);
+  pixels_.assign(size_t(view_->tileCount()) * size_t(settings_.pixelPlanes()) * kLanes, 0.0f);
   image_ = Image(settings_.width, settings_.height, 4);
   if (settings_.depth) {
     depth_ = Image(settings_.width, settings_.height, 1);
@@ -244,7 +244,7 @@ void DifferentialRenderer::Implementation::castTile(uint32_t tile, std::vector<S
     segments = listed;
   }
   TileTask task{&rays, segments.data(), uint32_t(segments.size()), nullptr, nullptr,
-                pixels_.data() + size_t(tile) * size_t(settings_.channels()) * kLanes};
+                pixels_.data() + size_t(tile) * size_t(settings_.pixelPlanes()) * kLanes};
   if (caching()) {
     const size_t first = index_->begin(int(tile));
     if (chooseCache(tile, segments, cache_->flags(first))) {
@@ -293,7 +293,7 @@ void DifferentialRenderer::Implementation::assemble(const std::vector<uint32_t>&
       const int tile = int(tiles[i]), x = tile % view_->tilesX(), y = tile / view_->tilesX();
       if (settings_.mode != RenderMode::dvr) rays = view_->rays(tile);  // how many samples each ray has
       changedHere += writeTile(settings_, table_, rays, volume_->background(), x, y,
-                               pixels_.data() + size_t(tile) * size_t(settings_.channels()) * kLanes, image_,
+                               pixels_.data() + size_t(tile) * size_t(settings_.pixelPlanes()) * kLanes, image_,
                                settings_.depth ? &depth_ : nullptr);
       recastHere += uint64_t(std::min(kTileEdge, settings_.width - x * kTileEdge)) *
                     uint64_t(std::min(kTileEdge, settings_.height - y * kTileEdge));

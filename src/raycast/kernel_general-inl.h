@@ -356,20 +356,23 @@ HWY_INLINE void integrate(const KernelScene& scene, const TileRays& rays, const 
   }
 }
 
-// Composites a partial behind the pixels of rays that have not terminated. True when all have.
+// Puts a partial behind the pixels (addBehind of core/compositing.h). True when all rays have ended.
 HWY_INLINE bool compositePartial(const KernelScene& scene, const float* partial, float* pixels, int channels) {
   const DF d;
   bool done = true;
+  const VF minimum = set(scene.terminateMinimum), slope = set(scene.terminateSlope);
   for (size_t part = 0; part < kLanes; part += kPart) {
     const auto plane = [&](int c) HWY_ATTR { return size_t(c) * kLanes + part; };
-    const VF alpha = hn::LoadU(d, pixels + plane(3));
-    const MF open = hn::Lt(alpha, set(scene.terminate));
-    const VF transmittance = hn::IfThenElseZero(open, hn::Sub(set(1.0f), alpha));
+    const VF transmittance = hn::LoadU(d, pixels + plane(channels));
+    const VF faded = hn::Mul(slope, hn::Sub(transmittance, minimum));
+    const VF weight = hn::Max(hn::Zero(d), hn::Min(transmittance, faded));
     for (int c = 0; c < channels; ++c) {
       const VF front = hn::LoadU(d, pixels + plane(c));
-      hn::StoreU(hn::MulAdd(transmittance, hn::LoadU(d, partial + plane(c)), front), d, pixels + plane(c));
+      hn::StoreU(hn::MulAdd(weight, hn::LoadU(d, partial + plane(c)), front), d, pixels + plane(c));
     }
-    done = done && hn::AllFalse(d, hn::Lt(hn::LoadU(d, pixels + plane(3)), set(scene.terminate)));
+    const VF left = hn::NegMulAdd(transmittance, hn::LoadU(d, partial + plane(3)), transmittance);
+    hn::StoreU(left, d, pixels + plane(channels));
+    done = done && hn::AllTrue(d, hn::Le(left, minimum));
   }
   return done;
 }
@@ -388,6 +391,8 @@ HWY_INLINE bool addPartial(const KernelScene& scene, const float* partial, float
 template <RenderMode kMode>
 HWY_INLINE void clearPixels(const KernelScene& scene, const TileRays& rays, float* pixels, int channels) {
   for (int i = 0; i < channels * kLanes; ++i) pixels[i] = 0;
+  if constexpr (kMode == RenderMode::dvr)
+    for (int l = 0; l < kLanes; ++l) pixels[channels * kLanes + l] = 1;  // transmittance
   if constexpr (kMode == RenderMode::mip)
     for (int l = 0; l < kLanes; ++l) pixels[l] = rays.kBegin[l] < rays.kEnd[l] ? scene.background : -HUGE_VALF;
 }

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 
+#include "core/compositing.h"
 #include "core/error.h"
 #include "raycast/headlight.h"
 
@@ -101,7 +102,9 @@ KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& v
   s.mode = settings.mode;
   s.shade = settings.shade;
   s.depth = settings.depth;
-  s.terminate = settings.terminate;
+  const EarlyTermination<float> termination(settings.terminate);
+  s.terminateMinimum = termination.minimum;
+  s.terminateSlope = termination.slope;
   s.background = float(volume.background());
   s.worldStep = float(settings.worldStep(volume.lattice()));
   s.footprintShift = float(settings.footprintShift());

@@ -13,9 +13,14 @@ void clearPartial(RenderMode mode, Real* partial) {
   if (mode == RenderMode::mip) partial[0] = -std::numeric_limits<Real>::infinity();
 }
 
-// Puts a partial behind a pixel. True when the ray terminates.
+// A pixel in the making: up to five channels and the transmittance.
+constexpr int kPixelPlanes = 6;
+
+int planeCount(const KernelScene& scene) { return scene.mode != RenderMode::dvr ? 1 : scene.depth ? 6 : 5; }
+
+// Puts a partial behind a pixel. True when the ray ends.
 template <class Real>
-bool addPartial(const KernelScene& scene, const Real* partial, Real* pixel) {
+bool addPartial(const KernelScene& scene, const EarlyTermination<Real>& termination, const Real* partial, Real* pixel) {
   if (scene.mode == RenderMode::mip) {
     pixel[0] = std::max(pixel[0], partial[0]);
     return false;
@@ -24,14 +29,13 @@ bool addPartial(const KernelScene& scene, const Real* partial, Real* pixel) {
     pixel[0] += partial[0];
     return false;
   }
-  if (scene.depth) over<5>(pixel, partial);
-  else over<4>(pixel, partial);
-  return !(pixel[3] < Real(scene.terminate));
+  return scene.depth ? addBehind<5>(termination, pixel, partial) : addBehind<4>(termination, pixel, partial);
 }
 
 template <class Real>
 void clearPixel(const KernelScene& scene, const TileRays& rays, int lane, Real* pixel) {
-  std::fill_n(pixel, 5, Real(0));
+  std::fill_n(pixel, kPixelPlanes, Real(0));
+  if (scene.mode == RenderMode::dvr) pixel[planeCount(scene) - 1] = 1;  // transmittance
   if (scene.mode == RenderMode::mip)
     pixel[0] = rays.kBegin[lane] < rays.kEnd[lane] ? Real(scene.background) : -std::numeric_limits<Real>::infinity();
 }
@@ -78,15 +82,16 @@ void integrateScalar(const KernelScene& scene, const TileRays& rays, const Segme
 // Puts a segment's partials behind a tile's pixels. True when all rays have terminated.
 bool compositeScalar(const KernelScene& scene, const float* partial, int channels, float* pixels) {
   bool allDone = scene.mode == RenderMode::dvr;
+  const int planes = planeCount(scene);
+  EarlyTermination<float> termination(1);
+  termination.minimum = scene.terminateMinimum;
+  termination.slope = scene.terminateSlope;
   for (int lane = 0; lane < kLanes; ++lane) {
-    float pixel[5], back[5];
-    for (int c = 0; c < channels; ++c) {
-      pixel[c] = pixels[c * kLanes + lane];
-      back[c] = partial[c * kLanes + lane];
-    }
-    bool done = scene.mode == RenderMode::dvr && !(pixel[3] < scene.terminate);
-    if (!done) done = addPartial(scene, back, pixel);
-    for (int c = 0; c < channels; ++c) pixels[c * kLanes + lane] = pixel[c];
+    float pixel[kPixelPlanes], back[5];
+    for (int p = 0; p < planes; ++p) pixel[p] = pixels[p * kLanes + lane];
+    for (int c = 0; c < channels; ++c) back[c] = partial[c * kLanes + lane];
+    const bool done = addPartial(scene, termination, back, pixel);
+    for (int p = 0; p < planes; ++p) pixels[p * kLanes + lane] = pixel[p];
     allDone = allDone && done;
   }
   return allDone;
@@ -96,9 +101,9 @@ template <class T>
 void castTileScalar(const KernelScene& scene, const TileTask& task, TileCounters& counters) {
   const int channels = scene.mode == RenderMode::dvr ? (scene.depth ? 5 : 4) : 1;
   for (int lane = 0; lane < kLanes; ++lane) {
-    float pixel[5];
+    float pixel[kPixelPlanes];
     clearPixel(scene, *task.rays, lane, pixel);
-    for (int c = 0; c < channels; ++c) task.pixels[c * kLanes + lane] = pixel[c];
+    for (int p = 0; p < planeCount(scene); ++p) task.pixels[p * kLanes + lane] = pixel[p];
   }
   float scratch[5 * kLanes];
   for (uint32_t s = 0; s < task.segmentCount; ++s) {
@@ -133,7 +138,8 @@ int32_t owningCell(double origin, double delta, int32_t k, int32_t cells) {
 }
 
 template <class T>
-void castRay(const KernelScene& scene, const ViewRays& view, const TileRays& rays, int lane, double* pixel) {
+void castRay(const KernelScene& scene, const EarlyTermination<double>& termination, const ViewRays& view,
+             const TileRays& rays, int lane, double* pixel) {
   LatticeRay owner = rays.owner;
   if (!rays.packetOwned)
     for (int a = 0; a < 3; ++a) {
@@ -150,7 +156,7 @@ void castRay(const KernelScene& scene, const ViewRays& view, const TileRays& ray
     Vec3i cell;
     for (int a = 0; a < 3; ++a) cell[a] = owningCell(owner.origin[a], owner.delta[a], k, scene.gridSize[a]);
     if (cell != current && current.x >= 0) {
-      terminated = addPartial(scene, partial, pixel);
+      terminated = addPartial(scene, termination, partial, pixel);
       clearPartial(scene.mode, partial);
       if (terminated) return;
     }
@@ -158,7 +164,7 @@ void castRay(const KernelScene& scene, const ViewRays& view, const TileRays& ray
     const auto index = uint32_t((cell.z * scene.gridSize.y + cell.y) * scene.gridSize.x + cell.x);
     addSample(scene, rays, lane, k, static_cast<const T*>(scene.bricks[index]), Vec3d(cell * kBrickEdge), partial, counters);
   }
-  if (current.x >= 0) addPartial(scene, partial, pixel);
+  if (current.x >= 0) addPartial(scene, termination, partial, pixel);
 }
 
 }  // namespace
@@ -171,6 +177,7 @@ std::vector<double> castReference(const RenderSettings& settings, const BrickVol
   const ClassificationTable table = settings.classification(volume.lattice());
   const KernelScene scene = makeKernelScene(settings, volume, table, nullptr);
   const ViewRays view(settings, volume.lattice(), volume.gridOrigin());
+  const EarlyTermination<double> termination(settings.terminate);
   const auto channels = size_t(settings.channels());
   std::vector<double> image(size_t(settings.width) * size_t(settings.height) * channels);
   for (int tile = 0; tile < view.tileCount(); ++tile) {
@@ -178,8 +185,8 @@ std::vector<double> castReference(const RenderSettings& settings, const BrickVol
     for (int lane = 0; lane < kLanes; ++lane) {
       const int x = tile % view.tilesX() * kTileEdge + lane % kTileEdge, y = tile / view.tilesX() * kTileEdge + lane / kTileEdge;
       if (x >= settings.width || y >= settings.height) continue;
-      double pixel[5];
-      dispatch(scene.type, [&]<class T>() { castRay<T>(scene, view, rays, lane, pixel); });
+      double pixel[kPixelPlanes];
+      dispatch(scene.type, [&]<class T>() { castRay<T>(scene, termination, view, rays, lane, pixel); });
       std::copy_n(pixel, channels, &image[(size_t(y) * size_t(settings.width) + size_t(x)) * channels]);
     }
   }

@@ -21,7 +21,7 @@ void RenderSettings::validate() const {
     throw OptionError("--size", "found " + std::to_string(width) + "x" + std::to_string(height) +
                                     ", expected a width and a height from 1 to " + std::to_string(kMaxEdge));
   checkNumber("--step", step, 1.0 / 64, 64);
-  checkNumber("--terminate", terminate, 0, 1);
+  checkNumber("--terminate", terminate, 0.001, 1);
   if (unitDistance != 0 && !(unitDistance > 0 && std::isfinite(unitDistance)))
     throw OptionError("--unit-distance", "expected a length above 0 in world units");
   if (shade && mode != RenderMode::dvr) throw OptionError("--shade", "needs --mode dvr: a projection has no surface to light");

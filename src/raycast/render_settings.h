@@ -35,7 +35,7 @@ struct RenderSettings {
   RenderMode mode = RenderMode::dvr;
   bool shade = false;                // dvr only: central-difference gradients lit by a headlight
   bool depth = false;                // dvr only: opacity-weighted mean distance from the eye as a further channel
-  float terminate = 0.999f;          // early ray termination: a ray stops after the segment that reaches this alpha
+  float terminate = 0.999f;          // early ray termination: rays end at this opacity (see EarlyTermination); 1: never
   std::optional<PointBox> clipBox;   // world space; nothing outside is sampled
 
   Isa isa = Isa::automatic;
@@ -46,6 +46,9 @@ struct RenderSettings {
 
   /// Channels of a partial and of a tile's pixels: RGBA, with depth a fifth; one for mip and average.
   int channels() const { return mode == RenderMode::dvr ? (depth ? 5 : 4) : 1; }
+
+  /// What a tile keeps per pixel while it is cast: the channels and, for dvr, the ray's transmittance.
+  int pixelPlanes() const { return mode == RenderMode::dvr ? channels() + 1 : 1; }
 
   /// Distance between samples in world units.
   double worldStep(const Lattice& lattice) const { return step * lattice.worldFromIndex.voxelSize(); }

@@ -23,7 +23,7 @@ struct KernelScene {
   Filter filter;
   RenderMode mode;
   bool shade, depth;
-  float terminate;
+  float terminateMinimum, terminateSlope;  // EarlyTermination
   float background;
   float worldStep;
   float footprintShift;
@@ -56,7 +56,7 @@ struct TileCounters {
 /// segment's first) and `stale` (a flag per segment), partials of segments that are not stale are reused, and those
 /// that are and turn out to matter are integrated, kept, and marked fresh; segments behind the point where all rays have
 /// terminated stay as they are. Without them everything is integrated and nothing kept.
-/// `pixels` receives channels x 16 floats.
+/// `pixels` receives RenderSettings::pixelPlanes() x 16 floats.
 struct TileTask {
   const TileRays* rays;
   const Segment* segments;
