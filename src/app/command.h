@@ -17,6 +17,7 @@ struct CommandContext {
   StopFlag& stop;                 // set by Ctrl-C and SIGTERM
   std::string commandLine;        // as typed, for image metadata
   std::function<int()> run;       // set by the chosen command's callback; returns the exit code
+  std::string whenInterrupted;    // what to tell the user after Ctrl-C, for example how to go on; set by the command
 };
 
 void addDiffCommand(CLI::App& root, CommandContext& context);

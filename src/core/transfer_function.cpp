@@ -125,6 +125,10 @@ ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange 
     if (tableError(nodes_, tf, range, distanceInUnits) <= kTolerance) break;
   }
   const int n = nodeCount();
+  for (size_t i = 0; i < size_t(n); ++i) {
+    const Node &p = nodes_[i], &q = nodes_[i + 1];
+    intervals_.push_back({p, {q.r - p.r, q.g - p.g, q.b - p.b, q.a - p.a}});
+  }
   scale_ = range.hi > range.lo ? float((n - 1) / (double(range.hi) - range.lo)) : 0.0f;
   nextVisibleNode_.assign(size_t(n) + 1, n);
   for (int i = n - 1; i >= 0; --i) nextVisibleNode_[size_t(i)] = nodes_[size_t(i)].a > 0 ? i : nextVisibleNode_[size_t(i) + 1];

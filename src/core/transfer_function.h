@@ -58,8 +58,15 @@ class ClassificationTable {
     float r, g, b, a;
   };
 
+  /// A node and the difference to the next one: what a sample between them needs, in one cache line.
+  struct alignas(32) Interval {
+    Node at, slope;
+  };
+
   int nodeCount() const { return int(nodes_.size()) - 1; }  // one copy of the last node pads the end
   const Node* nodes() const { return nodes_.data(); }
+  /// nodeCount() entries; the last has slope 0.
+  const Interval* intervals() const { return intervals_.data(); }
   ValueRange range() const { return range_; }
   /// Table coordinate of a value is (value - range.lo) * scale(), clamped to [0, nodeCount - 1].
   float scale() const { return scale_; }
@@ -76,6 +83,7 @@ class ClassificationTable {
 
  private:
   std::vector<Node> nodes_;
+  std::vector<Interval> intervals_;
   std::vector<int> nextVisibleNode_;  // for each node the first node at or after it with a > 0; nodeCount if none
   ValueRange range_;
   float scale_ = 0, firstVisible_ = 0, lastVisible_ = 0;

@@ -24,6 +24,8 @@ struct SequenceStep {
   uint64_t changedVoxels = 0;      // 0 for the first step
   uint64_t activeVoxels = 0;       // voxels that differ from the background
   uint64_t bytes = 0;              // size of its files
+  uint64_t keyBytes = 0, differentialBytes = 0;
+  uint64_t keyHash = 0, differentialHash = 0;  // XXH64 of the whole files: checked before they are parsed
   uint64_t stateChecksum = 0;
   ValueRange range;                // finite values of the step, background included
   int64_t nonFinite = 0;           // NaN and infinite voxels
@@ -53,12 +55,12 @@ bool isSequence(const std::string& path);
 class SequenceWriter {
  public:
   /// Creates the directory if needed. With a manifest of an interrupted run there whose lattice, grid, inputs, tolerance
-  /// and keyEvery agree, goes on after its last step (`manifest().steps`); with one that differs, or a finished one
-  /// and `overwrite` false, throws OutputError saying what differs.
+  /// and keyEvery agree, goes on after its last step (`manifest().steps`); with one that differs, a finished or a
+  /// damaged one, throws OutputError saying so. With `overwrite` it always starts afresh and removes the old files.
   SequenceWriter(std::string directory, SequenceManifest manifest, bool overwrite);
 
   const SequenceManifest& manifest() const { return manifest_; }
-  /// `entry.bytes`, `key` and `differential` are filled in here. `changes` is null for the first step; `key` is null
+  /// `key`, `differential` and everything about the files is filled in here. `changes` is null for the first step; `key` is null
   /// where no key frame is due.
   void write(SequenceStep entry, const Field* key, const ChangedVoxels* changes);
   void finish();

@@ -149,16 +149,15 @@ HWY_INLINE Colour classify(const KernelScene& scene, VF value) {
   const VI node = hn::ConvertTo(DI(), x);
   const VF f = hn::Sub(x, hn::ConvertTo(d, node));
   HWY_ALIGN int32_t index[kPart];
-  hn::Store(hn::ShiftLeft<2>(node), DI(), index);
-  const float* table = &scene.nodes[0].r;
+  hn::Store(hn::ShiftLeft<3>(node), DI(), index);
+  const float* table = &scene.intervals[0].at.r;
   // Row m holds the nodes of lanes m, m + 4, m + 8, m + 12, one a block.
   const auto row = [&](size_t m, VF fraction) HWY_ATTR {
-    const auto nodeAt = [&](int next) HWY_ATTR {
-      const auto load = [&](auto d4, size_t block) HWY_ATTR { return hn::LoadU(d4, table + index[m + 4 * block] + next); };
+    const auto entry = [&](int part) HWY_ATTR {
+      const auto load = [&](auto d4, size_t block) HWY_ATTR { return hn::LoadU(d4, table + index[m + 4 * block] + part); };
       return concatenate<DF, 4>(d, load, 0);
     };
-    const VF p = nodeAt(0), q = nodeAt(4);
-    return hn::MulAdd(fraction, hn::Sub(q, p), p);
+    return hn::MulAdd(fraction, entry(4), entry(0));
   };
   const VF row0 = row(0, hn::Broadcast<0>(f)), row1 = row(1, hn::Broadcast<1>(f)), row2 = row(2, hn::Broadcast<2>(f)),
            row3 = row(3, hn::Broadcast<3>(f));

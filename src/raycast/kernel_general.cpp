@@ -92,7 +92,7 @@ KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& v
   s.bricks = volume.brickPointers().data();
   s.visible = visible;
   s.gridSize = volume.gridSize();
-  s.nodes = table.nodes();
+  s.intervals = table.intervals();
   s.rangeLo = table.range().lo;
   s.scale = table.scale();
   s.lastNode = float(table.nodeCount() - 1);

@@ -64,9 +64,9 @@ std::array<Real, 4> classifyScalar(const KernelScene& scene, Real value) {
   x = x > Real(0) ? (x < last ? x : last) : Real(0);
   const int i = int(x);
   const Real f = x - Real(i);
-  const auto &p = scene.nodes[i], &q = scene.nodes[i + 1];
-  const auto lerp = [f](float a, float b) { return Real(a) + f * (Real(b) - Real(a)); };
-  return {lerp(p.r, q.r), lerp(p.g, q.g), lerp(p.b, q.b), lerp(p.a, q.a)};
+  const auto& [at, slope] = scene.intervals[i];
+  const auto along = [f](float a, float s) { return Real(a) + f * Real(s); };
+  return {along(at.r, slope.r), along(at.g, slope.g), along(at.b, slope.b), along(at.a, slope.a)};
 }
 
 /// Headlight's formula.

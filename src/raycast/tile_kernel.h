@@ -16,7 +16,7 @@ struct KernelScene {
   const uint8_t* visible;        // per cell
   Vec3i gridSize;
 
-  const ClassificationTable::Node* nodes;
+  const ClassificationTable::Interval* intervals;
   float rangeLo, scale, lastNode;
   float firstVisible, lastVisible;
 
