@@ -129,6 +129,7 @@ ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange 
     const Node &p = nodes_[i], &q = nodes_[i + 1];
     intervals_.push_back({p, {q.r - p.r, q.g - p.g, q.b - p.b, q.a - p.a}});
   }
+  intervals_.push_back({});
   scale_ = range.hi > range.lo ? float((n - 1) / (double(range.hi) - range.lo)) : 0.0f;
   nextVisibleNode_.assign(size_t(n) + 1, n);
   for (int i = n - 1; i >= 0; --i) nextVisibleNode_[size_t(i)] = nodes_[size_t(i)].a > 0 ? i : nextVisibleNode_[size_t(i) + 1];

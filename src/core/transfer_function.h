@@ -65,7 +65,7 @@ class ClassificationTable {
 
   int nodeCount() const { return int(nodes_.size()) - 1; }  // one copy of the last node pads the end
   const Node* nodes() const { return nodes_.data(); }
-  /// nodeCount() entries; the last has slope 0.
+  /// nodeCount() entries; the last has slope 0. One more follows that classifies to nothing, for lanes without a sample.
   const Interval* intervals() const { return intervals_.data(); }
   ValueRange range() const { return range_; }
   /// Table coordinate of a value is (value - range.lo) * scale(), clamped to [0, nodeCount - 1].

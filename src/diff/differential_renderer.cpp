@@ -157,7 +157,7 @@ const Image& DifferentialRenderer::Implementation::start(const Field& field) {
   occupancy_ = std::make_unique<Occupancy>(settings_, table_);
   occupancy_->build(*volume_);
   scene_ = makeKernelScene(settings_, *volume_, table_, occupancy_->flags());
-  kernel_ = generalKernel(scene_, settings_.isa);
+  kernel_ = settings_.kernel == Kernel::general ? generalKernel(scene_, settings_.isa) : fastestKernel(scene_, settings_.isa);
   state_ = stateChecksum(field);
   if (cache_) cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(), options_.cacheMemory);
   statistics_.updateMs = clock.lap();

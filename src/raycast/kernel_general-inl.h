@@ -63,7 +63,7 @@ HWY_INLINE Pairs loadPairs(const float* voxels, const int32_t* HWY_RESTRICT inde
 template <class T>
 HWY_INLINE VI loadWords(const T* voxels, const int32_t* HWY_RESTRICT index) {
   const DI d;
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
   const VI offset = hn::ShiftLeft<sizeof(T) == 2 ? 1 : 0>(hn::Load(d, index));
   return hn::GatherOffset(d, reinterpret_cast<const int32_t*>(voxels), offset);
 #else
@@ -336,24 +336,33 @@ class Accumulator {
   VF red_, green_, blue_, alpha_, depth_;
 };
 
-// The partial of one segment: channels x 16 floats. It depends on the segment's own samples only.
-template <class T, Filter kFilter, RenderMode kMode, bool kExtras>
-HWY_INLINE void integrate(const KernelScene& scene, const TileRays& rays, const Segment& segment, float* partial,
-                          int channels, TileCounters& counters) {
-  SegmentGeometry g;
-  placeSegment(scene, rays, segment, g);
+HWY_INLINE void countSegment(const SegmentGeometry& g, TileCounters& counters) {
   for (int l = 0; l < kLanes; ++l) counters.samples += uint64_t(g.last[l] - g.first[l]);
   ++counters.segmentsIntegrated;
-  const T* brick = static_cast<const T*>(scene.bricks[segment.cell]);
-  for (size_t part = 0; part < kLanes; part += kPart) {
-    Accumulator<T, kFilter, kMode, kExtras> accumulator(scene, rays, segment, brick, g, part);
-    int32_t k = 0;
-    for (; k < g.allFrom; ++k) accumulator.template sample<false>(k, counters);
-    for (; k < g.allTo; ++k) accumulator.template sample<true>(k, counters);
-    for (; k < g.length; ++k) accumulator.template sample<false>(k, counters);
-    accumulator.store(partial + part, channels);
-  }
 }
+
+template <class T, Filter kFilter, RenderMode kRenderMode, bool kExtras>
+struct GeneralIntegrator {
+  static constexpr RenderMode kMode = kRenderMode;
+  static int channels(const KernelScene& scene) { return kMode == RenderMode::dvr ? (kExtras && scene.depth ? 5 : 4) : 1; }
+
+  // The partial of one segment: channels x 16 floats. It depends on the segment's own samples only.
+  static HWY_INLINE void integrate(const KernelScene& scene, const TileRays& rays, const Segment& segment, float* partial,
+                                   int channelCount, TileCounters& counters) {
+    SegmentGeometry g;
+    placeSegment(scene, rays, segment, g);
+    countSegment(g, counters);
+    const T* brick = static_cast<const T*>(scene.bricks[segment.cell]);
+    for (size_t part = 0; part < kLanes; part += kPart) {
+      Accumulator<T, kFilter, kMode, kExtras> accumulator(scene, rays, segment, brick, g, part);
+      int32_t k = 0;
+      for (; k < g.allFrom; ++k) accumulator.template sample<false>(k, counters);
+      for (; k < g.allTo; ++k) accumulator.template sample<true>(k, counters);
+      for (; k < g.length; ++k) accumulator.template sample<false>(k, counters);
+      accumulator.store(partial + part, channelCount);
+    }
+  }
+};
 
 // Puts a partial behind the pixels (addBehind of core/compositing.h). True when all rays have ended.
 HWY_INLINE bool compositePartial(const KernelScene& scene, const float* partial, float* pixels, int channels) {
@@ -396,9 +405,11 @@ HWY_INLINE void clearPixels(const KernelScene& scene, const TileRays& rays, floa
     for (int l = 0; l < kLanes; ++l) pixels[l] = rays.kBegin[l] < rays.kEnd[l] ? scene.background : -HUGE_VALF;
 }
 
-template <class T, Filter kFilter, RenderMode kMode, bool kExtras>
+// Casts a tile, its segments integrated by Integrator::integrate.
+template <class Integrator>
 void castTile(const KernelScene& scene, const TileTask& task, TileCounters& counters) {
-  const int channels = kMode == RenderMode::dvr ? (kExtras && scene.depth ? 5 : 4) : 1;
+  constexpr RenderMode kMode = Integrator::kMode;
+  const int channels = Integrator::channels(scene);
   const size_t stride = size_t(channels) * kLanes;
   HWY_ALIGN float scratch[5 * kLanes];
   clearPixels<kMode>(scene, *task.rays, task.pixels, channels);
@@ -410,7 +421,7 @@ void castTile(const KernelScene& scene, const TileTask& task, TileCounters& coun
     }
     float* partial = task.partials ? task.partials + s * stride : scratch;
     if (task.partials == nullptr || task.stale[s]) {
-      integrate<T, kFilter, kMode, kExtras>(scene, *task.rays, segment, partial, channels, counters);
+      Integrator::integrate(scene, *task.rays, segment, partial, channels, counters);
       if (task.partials) task.stale[s] = 0;
     }
     ++counters.segmentsComposited;
@@ -421,11 +432,11 @@ void castTile(const KernelScene& scene, const TileTask& task, TileCounters& coun
 template <class T, Filter kFilter>
 TileKernel selectMode(const KernelScene& scene) {
   switch (scene.mode) {
-    case RenderMode::mip: return &castTile<T, kFilter, RenderMode::mip, false>;
-    case RenderMode::average: return &castTile<T, kFilter, RenderMode::average, false>;
+    case RenderMode::mip: return &castTile<GeneralIntegrator<T, kFilter, RenderMode::mip, false>>;
+    case RenderMode::average: return &castTile<GeneralIntegrator<T, kFilter, RenderMode::average, false>>;
     default:
-      return scene.shade || scene.depth ? &castTile<T, kFilter, RenderMode::dvr, true>
-                                        : &castTile<T, kFilter, RenderMode::dvr, false>;
+      return scene.shade || scene.depth ? &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, true>>
+                                        : &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, false>>;
   }
 }
 

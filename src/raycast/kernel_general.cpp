@@ -85,6 +85,11 @@ TileKernel generalKernel(const KernelScene& scene, Isa isa) {
   throw OptionError("--isa", std::string("this machine cannot run \"") + name(isa) + "\", expected one of " + known + "scalar");
 }
 
+TileKernel fastestKernel(const KernelScene& scene, Isa isa) {
+  if (const TileKernel kernel = packetKernel(scene, isa)) return kernel;
+  return generalKernel(scene, isa);
+}
+
 KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume, const ClassificationTable& table,
                             const uint8_t* visible) {
   KernelScene s{};

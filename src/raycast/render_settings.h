@@ -22,6 +22,9 @@ enum class RenderMode { dvr, mip, average };
 /// readable reference in float.
 enum class Isa { automatic, avx512, avx2, sse4, scalar };
 
+/// fastest: the packet kernel wherever it fits. general: the general kernel everywhere, to compare with.
+enum class Kernel { fastest, general };
+
 struct RenderSettings {
   Camera camera;
   int width = 512, height = 512;
@@ -39,6 +42,7 @@ struct RenderSettings {
   std::optional<PointBox> clipBox;   // world space; nothing outside is sampled
 
   Isa isa = Isa::automatic;
+  Kernel kernel = Kernel::fastest;
   bool skipInvisible = true;         // off only to prove that skipping changes nothing
 
   /// Throws OptionError naming the option and its range.

@@ -187,6 +187,8 @@ SegmentIndex::SegmentIndex(const ViewRays& view, const BrickVolume& volume, Thre
         std::copy_n(rays.kBegin, kLanes, kept.kBegin);
         std::copy_n(rays.kEnd, kLanes, kept.kEnd);
         kept.owner = rays.owner;
+        kept.spread = rays.spread;
+        kept.spreadDelta = rays.spreadDelta;
         kept.packetOwned = rays.packetOwned;
         const size_t before = rows[row].size();
         listSegments(view, rays, volume.gridSize(), rows[row]);
@@ -204,6 +206,8 @@ void SegmentIndex::rays(const ViewRays& view, int tile, TileRays& rays) const {
   std::copy_n(kept.kBegin, kLanes, rays.kBegin);
   std::copy_n(kept.kEnd, kLanes, rays.kEnd);
   rays.owner = kept.owner;
+  rays.spread = kept.spread;
+  rays.spreadDelta = kept.spreadDelta;
   rays.packetOwned = kept.packetOwned;
 }
 

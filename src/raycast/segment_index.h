@@ -55,6 +55,7 @@ class SegmentIndex {
   struct LaneRanges {
     int32_t kBegin[kLanes], kEnd[kLanes];
     LatticeRay owner;
+    Vec3d spread, spreadDelta;
     bool packetOwned;
   };
   std::vector<uint64_t> tileBegin_;

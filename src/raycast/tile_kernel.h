@@ -73,6 +73,13 @@ using TileKernel = void (*)(const KernelScene&, const TileTask&, TileCounters&);
 /// through Highway. Throws OptionError("--isa") where this machine lacks the one asked for.
 TileKernel generalKernel(const KernelScene& scene, Isa isa);
 
+/// The packet kernel: a packet's neighbourhood held in registers; takes the general kernel for segments whose packet is spread
+/// too wide. Null where this machine, the instruction set asked for, or the scene (filter, mode, shading) has none.
+TileKernel packetKernel(const KernelScene& scene, Isa isa);
+
+/// The fastest kernel for the scene: the packet kernel where there is one, else the general one.
+TileKernel fastestKernel(const KernelScene& scene, Isa isa);
+
 /// The readable scalar kernel in float, one lane after the other; what `--isa scalar` runs.
 TileKernel scalarKernel(const KernelScene& scene);
 

@@ -114,18 +114,20 @@ void ViewRays::findSampleRanges(int tile, TileRays& rays) const {
 void ViewRays::decideOwnership(TileRays& rays) const {
   // The smallest corner of all lanes at sample k is itself a ray: lanes share their origin (perspective) or their
   // direction (orthographic), and k + 0.5 > 0.
-  Vec3d spread;
+  Vec3d widest;
   const double tEnd = rays.lastSample() + 0.5;
   for (int a = 0; a < 3; ++a) {
     const auto [o0, o1] = std::minmax_element(rays.origin[a], rays.origin[a] + kLanes);
     const auto [d0, d1] = std::minmax_element(rays.delta[a], rays.delta[a] + kLanes);
     rays.owner.origin[a] = *o0 + shift_;
     rays.owner.delta[a] = *d0;
-    spread[a] = (*o1 - *o0) + tEnd * (*d1 - *d0);
+    rays.spread[a] = *o1 - *o0;
+    rays.spreadDelta[a] = *d1 - *d0;
+    widest[a] = rays.spread[a] + tEnd * rays.spreadDelta[a];
   }
   // Footprints up to `apron + 1` voxels wide fit; the epsilon covers the kernel's rounding.
   const double room = kBrickApron + 1 - footprintWidth_;
-  rays.packetOwned = std::max({spread.x, spread.y, spread.z}) + 1e-3 <= room;
+  rays.packetOwned = std::max({widest.x, widest.y, widest.z}) + 1e-3 <= room;
 }
 
 }  // namespace kairos

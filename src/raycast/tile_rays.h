@@ -36,6 +36,8 @@ struct alignas(64) TileRays {
   /// Otherwise each lane has its own. Grid space, footprint shift included.
   bool packetOwned;
   LatticeRay owner;
+  /// How far apart the lanes lie along each axis at sample k, in voxels: spread + (k + 0.5) * spreadDelta.
+  Vec3d spread, spreadDelta;
 
   int32_t firstSample() const;
   int32_t lastSample() const;  // one past
