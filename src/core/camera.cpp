@@ -34,7 +34,7 @@ RayGenerator::RayGenerator(const Camera& camera, int width, int height)
 }
 
 Ray RayGenerator::ray(double x, double y) const {
-  const Vec3d offset = right_ * ((x - centreX_) * pixel_) - up_ * ((y - centreY_) * pixel_);
+  const Vec3d offset = right_ * offsetX(x) - up_ * offsetY(y);
   if (perspective_) return {eye_, normalized(forward_ + offset)};
   return {eye_ + offset, forward_};
 }

@@ -38,9 +38,14 @@ class RayGenerator {
   /// The ray through image position (x, y) in pixels; pixel (i, j) has its centre at (i + 0.5, j + 0.5).
   Ray ray(double x, double y) const;
 
+  /// Orthonormal image axes in world space; `up` points towards row 0.
   Vec3d right() const { return right_; }
   Vec3d up() const { return up_; }
   Vec3d forward() const { return forward_; }
+  /// Offset of image position x (or y) from the image's centre, along right (or against up): on the plane at distance 1
+  /// (perspective) or in world units (orthographic).
+  double offsetX(double x) const { return (x - centreX_) * pixel_; }
+  double offsetY(double y) const { return (y - centreY_) * pixel_; }
 
  private:
   Vec3d eye_, right_, up_, forward_;

@@ -89,6 +89,8 @@ class DifferentialRenderer::Implementation {
   void prepareView();
   void castTiles(const std::vector<uint32_t>& tiles);
   void castTile(uint32_t tile, std::vector<Segment>& listed, TileCounters& counters);
+  void clearTile(uint32_t tile);
+  bool blank(std::span<const Segment> segments) const;
   bool chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags);
   void assemble(const std::vector<uint32_t>& tiles);
   void mark(const DirtyBricks& dirty, const std::vector<uint8_t>& visibleBefore);
@@ -216,6 +218,16 @@ void DifferentialRenderer::Implementation::collectDirtyTiles() {
     }
 }
 
+// A tile without anything visible: its pixels are zero, without casting a ray.
+void DifferentialRenderer::Implementation::clearTile(uint32_t tile) {
+  const size_t planes = size_t(settings_.pixelPlanes()) * kLanes;
+  std::fill_n(pixels_.begin() + int64_t(tile * planes), planes, 0.0f);
+}
+
+bool DifferentialRenderer::Implementation::blank(std::span<const Segment> segments) const {
+  return std::none_of(segments.begin(), segments.end(), [&](const Segment& s) { return occupancy_->visible(s.cell); });
+}
+
 // Decides whether a tile goes through the cache, and turns this step's marks into plain stale ones.
 bool DifferentialRenderer::Implementation::chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags) {
   uint64_t visible = 0, touched = 0;
@@ -236,6 +248,11 @@ void DifferentialRenderer::Implementation::castTile(uint32_t tile, std::vector<S
   std::span<const Segment> segments;
   if (index_) {
     segments = index_->segments(int(tile));
+    if (settings_.mode == RenderMode::dvr && blank(segments)) {
+      clearTile(tile);
+      counters.segmentsSkipped += segments.size();
+      return;
+    }
     index_->rays(*view_, int(tile), rays);
   } else {
     rays = view_->rays(int(tile));

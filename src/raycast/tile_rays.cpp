@@ -56,6 +56,7 @@ ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const
       perspective_(settings.camera.projection == Camera::Projection::perspective),
       shift_(settings.footprintShift()),
       footprintWidth_(settings.footprintWidth()),
+      shaded_(settings.shade),
       gridFromWorld_(lattice.worldFromIndex.inverse()),
       samplingBox_(lattice.samplingBox()),
       clipped_(settings.clipBox.has_value()),
@@ -65,6 +66,9 @@ ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const
   samplingBox_.lo = samplingBox_.lo - origin;
   samplingBox_.hi = samplingBox_.hi - origin;
   eye_ = gridFromWorld_.point(settings.camera.eye);
+  right_ = gridFromWorld_.vector(generator_.right());
+  down_ = -gridFromWorld_.vector(generator_.up());
+  forward_ = gridFromWorld_.vector(generator_.forward());
   const PointBox world = lattice.worldBounds();
   const double farthest = length(settings.camera.eye - (world.lo + world.hi) * 0.5) + length(world.hi - world.lo);
   if (!(farthest / worldStep_ < kMaxIndex / 2))
@@ -74,15 +78,25 @@ ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const
 
 void ViewRays::geometry(int tile, TileRays& rays) const {
   const int x0 = tile % tilesX_ * kTileEdge, y0 = tile / tilesX_ * kTileEdge;
+  double x[kLanes], y[kLanes], scale[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    x[l] = generator_.offsetX(x0 + l % kTileEdge + 0.5);
+    y[l] = generator_.offsetY(y0 + l / kTileEdge + 0.5);
+    // The image axes are orthonormal, so the direction's length before normalisation is known.
+    scale[l] = perspective_ ? worldStep_ / std::sqrt(1 + x[l] * x[l] + y[l] * y[l]) : worldStep_;
+  }
+  for (int a = 0; a < 3; ++a) {
+    const double right = right_[a], down = down_[a], forward = forward_[a], eye = eye_[a];
+    for (int l = 0; l < kLanes; ++l) {
+      const double offset = right * x[l] + down * y[l];
+      rays.origin[a][l] = perspective_ ? eye : eye + offset;
+      rays.delta[a][l] = (perspective_ ? forward + offset : forward) * scale[l];
+    }
+  }
+  if (!shaded_) return;
   for (int l = 0; l < kLanes; ++l) {
     const Ray ray = generator_.ray(x0 + l % kTileEdge + 0.5, y0 + l / kTileEdge + 0.5);
-    const Vec3d o = perspective_ ? eye_ : gridFromWorld_.point(ray.origin);
-    const Vec3d d = gridFromWorld_.vector(ray.direction * worldStep_);
-    for (int a = 0; a < 3; ++a) {
-      rays.origin[a][l] = o[a];
-      rays.delta[a][l] = d[a];
-      rays.direction[a][l] = float(ray.direction[a]);
-    }
+    for (int a = 0; a < 3; ++a) rays.direction[a][l] = float(ray.direction[a]);
   }
 }
 

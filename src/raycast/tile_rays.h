@@ -27,7 +27,7 @@ int32_t firstSampleBeyond(double plane, double origin, double delta);
 /// The 16 rays of a tile, in grid space, lane by lane.
 struct alignas(64) TileRays {
   double origin[3][kLanes], delta[3][kLanes];
-  float direction[3][kLanes];               // unit vectors in world space
+  float direction[3][kLanes];               // unit vectors in world space; only where the view is shaded
   int32_t kBegin[kLanes], kEnd[kLanes];     // samples inside the volume and the clip box; empty for lanes off the image
 
   /// Sample ownership. A brick owns sample k of lane l when it contains the low corner of the sample's footprint. Where
@@ -76,8 +76,10 @@ class ViewRays {
   bool perspective_;
   double shift_;
   int footprintWidth_;
+  bool shaded_;
   Affine gridFromWorld_;
   Vec3d eye_;
+  Vec3d right_, down_, forward_;  // image axes in grid space, one world unit long
   PointBox samplingBox_;  // grid space
   bool clipped_;
   PointBox clipBox_;      // world space
