@@ -66,6 +66,11 @@ uint64_t compareLeaf(const T* before, const T* after, double tolerance, T backgr
   return checksum;
 }
 
+// Zeros of different sign are different values here as in any voxel.
+bool sameBackground(double a, double b) {
+  return (a == b && std::signbit(a) == std::signbit(b)) || (std::isnan(a) && std::isnan(b));
+}
+
 template <class T>
 class Comparison {
  public:
@@ -133,7 +138,7 @@ ChangedVoxels ChangeDetector::advance(Field next, ThreadPool& pool) {
   if (next.type() != reconstruction_.type())
     throw StateError("this step holds " + std::string(name(next.type())) + " values, the one before " +
                      std::string(name(reconstruction_.type())));
-  if (next.background != reconstruction_.background && !(std::isnan(next.background) && std::isnan(reconstruction_.background)))
+  if (!sameBackground(next.background, reconstruction_.background))
     throw StateError("this step has background " + std::to_string(next.background) + ", the one before " +
                      std::to_string(reconstruction_.background));
   const std::vector<LeafPair> pairs = pairLeaves(reconstruction_, next);

@@ -87,6 +87,8 @@ class DifferentialRenderer::Implementation {
  private:
   bool caching() const { return cache_ != nullptr; }
   void prepareView();
+  void renderWhole(const Field& field);
+  void renderChanges(const ChangedVoxels& changes);
   void castTiles(const std::vector<uint32_t>& tiles);
   void castTile(uint32_t tile, std::vector<Segment>& listed, TileCounters& counters);
   void clearTile(uint32_t tile);
@@ -104,9 +106,10 @@ class DifferentialRenderer::Implementation {
   TileKernel kernel_ = nullptr;
   std::vector<uint32_t> tileOrder_, dirtyTiles_;
   std::vector<uint8_t> tileDirty_, visibleBefore_;
+  std::vector<uint32_t> tileReach_;       // how many of a tile's segments its last frame looked at
   std::vector<float> pixels_;             // tile by tile, pixelPlanes x 16
   std::atomic<uint64_t> tilesUncached_{0};
-  std::unique_ptr<ChangeDetector> detector_;
+  std::unique_ptr<ChangeDetector> detector_;  // follows the arrays shown; none after a field or changes from elsewhere
   double detectorTolerance_ = 0;
 };
 
@@ -144,6 +147,7 @@ void DifferentialRenderer::Implementation::prepareView() {
   }
   tileOrder_ = orderTiles(*view_, options_.tileOrder);
   tileDirty_.assign(size_t(view_->tileCount()), 0);
+  tileReach_.assign(size_t(view_->tileCount()), 0);
   pixels_.assign(size_t(view_->tileCount()) * size_t(settings_.pixelPlanes()) * kLanes, 0.0f);
   image_ = Image(settings_.width, settings_.height, 4);
   if (settings_.depth) {
@@ -153,41 +157,51 @@ void DifferentialRenderer::Implementation::prepareView() {
 }
 
 const Image& DifferentialRenderer::Implementation::start(const Field& field) {
-  statistics_ = {};
+  renderWhole(field);
+  detector_.reset();
+  return image_;
+}
+
+const Image& DifferentialRenderer::Implementation::update(const ChangedVoxels& changes) {
+  renderChanges(changes);
+  detector_.reset();
+  return image_;
+}
+
+void DifferentialRenderer::Implementation::renderWhole(const Field& field) {
   Stopwatch clock;
   volume_ = std::make_unique<BrickVolume>(lattice_, field, pool_);
+  statistics_ = {};
   occupancy_ = std::make_unique<Occupancy>(settings_, table_);
   occupancy_->build(*volume_);
-  scene_ = makeKernelScene(settings_, *volume_, table_, occupancy_->flags());
+  scene_ = makeKernelScene(settings_, *volume_, table_, *occupancy_);
   kernel_ = settings_.kernel == Kernel::general ? generalKernel(scene_, settings_.isa) : fastestKernel(scene_, settings_.isa);
   state_ = stateChecksum(field);
   if (cache_) cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(), options_.cacheMemory);
   statistics_.updateMs = clock.lap();
   castTiles(tileOrder_);
-  return image_;
 }
 
-const Image& DifferentialRenderer::Implementation::update(const ChangedVoxels& changes) {
+void DifferentialRenderer::Implementation::renderChanges(const ChangedVoxels& changes) {
   if (!occupancy_) throw StateError("changes were applied before any whole step was rendered");
   if (state_ && changes.stateBefore && *state_ != *changes.stateBefore)
     throw StateError("the changes belong to another state of the volume than the one shown: their checksum before is " +
                      std::to_string(*changes.stateBefore) + ", the volume's is " + std::to_string(*state_));
-  statistics_ = {};
   Stopwatch clock;
   const DirtyBricks& dirty = volume_->apply(changes, pool_);
+  statistics_ = {};
   state_ = changes.stateAfter;
   occupancy_->update(*volume_, dirty.cells, visibleBefore_);
   statistics_.voxelsChanged = changes.count();
   statistics_.updateMs = clock.lap();
   if (options_.method == Method::full || !index_) {
     castTiles(tileOrder_);
-    return image_;
+    return;
   }
   mark(dirty, visibleBefore_);
   collectDirtyTiles();
   statistics_.selectMs = clock.lap();
   castTiles(dirtyTiles_);
-  return image_;
 }
 
 // Flags the segments that read changed voxels of bricks that were or are visible, and their tiles.
@@ -228,16 +242,17 @@ bool DifferentialRenderer::Implementation::blank(std::span<const Segment> segmen
   return std::none_of(segments.begin(), segments.end(), [&](const Segment& s) { return occupancy_->visible(s.cell); });
 }
 
-// Decides whether a tile goes through the cache, and turns this step's marks into plain stale ones.
+// Decides whether a tile goes through the cache, and turns this step's marks into plain stale ones. What lay behind the end
+// of all rays in the last frame has no say: most likely it still does.
 bool DifferentialRenderer::Implementation::chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags) {
   uint64_t visible = 0, touched = 0;
   for (size_t s = 0; s < segments.size(); ++s) {
-    if (!occupancy_->visible(segments[s].cell)) continue;
+    const bool touchedNow = flags[s] == SegmentCache::touched;
+    if (touchedNow) flags[s] = SegmentCache::stale;
+    if (s >= tileReach_[tile] || !occupancy_->visible(segments[s].cell)) continue;
     const auto length = uint64_t(segments[s].kEnd - segments[s].kBegin);
     visible += length;
-    if (flags[s] != SegmentCache::touched) continue;
-    touched += length;
-    flags[s] = SegmentCache::stale;
+    if (touchedNow) touched += length;
   }
   if (touched > 0 && double(touched) >= kRecastShare * double(visible)) return false;
   return cache_->reserve(int(tile), segments.size());
@@ -251,6 +266,8 @@ void DifferentialRenderer::Implementation::castTile(uint32_t tile, std::vector<S
     if (settings_.mode == RenderMode::dvr && blank(segments)) {
       clearTile(tile);
       counters.segmentsSkipped += segments.size();
+      tileReach_[tile] = uint32_t(segments.size());
+      if (caching()) SegmentCache::forgetMarks(cache_->flags(index_->begin(int(tile))), segments.size());
       return;
     }
     index_->rays(*view_, int(tile), rays);
@@ -271,7 +288,9 @@ void DifferentialRenderer::Implementation::castTile(uint32_t tile, std::vector<S
       tilesUncached_.fetch_add(1, std::memory_order_relaxed);
     }
   }
+  const uint64_t before = counters.segmentsComposited + counters.segmentsSkipped;
   kernel_(scene_, task, counters);
+  tileReach_[tile] = uint32_t(counters.segmentsComposited + counters.segmentsSkipped - before);
 }
 
 void DifferentialRenderer::Implementation::castTiles(const std::vector<uint32_t>& tiles) {
@@ -324,13 +343,19 @@ void DifferentialRenderer::Implementation::assemble(const std::vector<uint32_t>&
 
 template <class T>
 const Image& DifferentialRenderer::Implementation::render(const T* values, double tolerance) {
+  if (elementTypeOf<T>() != lattice_.type)
+    throw StateError("the array holds " + std::string(name(elementTypeOf<T>())) + " values, the lattice says " +
+                     std::string(name(lattice_.type)));
   Field field = fieldFromDense(values, lattice_.domain.size(), T(lattice_.background), lattice_.domain.lo);
   if (!detector_ || tolerance != detectorTolerance_) {
-    detector_ = std::make_unique<ChangeDetector>(field, tolerance);
+    auto detector = std::make_unique<ChangeDetector>(field, tolerance);
+    renderWhole(field);
+    detector_ = std::move(detector);
     detectorTolerance_ = tolerance;
-    return start(field);
+  } else {
+    renderChanges(detector_->advance(std::move(field), pool_));
   }
-  return update(detector_->advance(std::move(field), pool_));
+  return image_;
 }
 
 uint64_t DifferentialRenderer::Implementation::memoryBytes() const {

@@ -1,6 +1,7 @@
 // Cached partials of a view's segments, and which of them a change has made stale.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -32,6 +33,11 @@ class SegmentCache {
     const bool first = flags_[segment] != touched;
     flags_[segment] = touched;
     return first;
+  }
+
+  /// Turns this step's marks into plain stale ones.
+  static void forgetMarks(uint8_t* flags, size_t segments) {
+    std::replace(flags, flags + segments, uint8_t(touched), uint8_t(stale));
   }
 
   /// May this tile's partials be kept? Reserves its share of the limit the first time.

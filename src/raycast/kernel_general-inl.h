@@ -277,6 +277,7 @@ class Accumulator {
     const VF value = sampler.at(0);
     const VI at = hn::Set(DI(), k);
     const auto active = hn::RebindMask(DF(), hn::AndNot(hn::Lt(at, first_), hn::Lt(at, last_)));
+    counters.samples += kAllActive ? kPart : hn::CountTrue(DF(), active);
     if constexpr (kMode == RenderMode::mip) {
       red_ = hn::Max(red_, kAllActive ? value : hn::IfThenElse(active, value, set(-HUGE_VALF)));
     } else if constexpr (kMode == RenderMode::average) {
@@ -336,10 +337,37 @@ class Accumulator {
   VF red_, green_, blue_, alpha_, depth_;
 };
 
-HWY_INLINE void countSegment(const SegmentGeometry& g, TileCounters& counters) {
-  for (int l = 0; l < kLanes; ++l) counters.samples += uint64_t(g.last[l] - g.first[l]);
-  ++counters.segmentsIntegrated;
-}
+// The low corner of a packet's footprints along a segment, and whether anything it can read is visible there.
+class WindowWalk {
+ public:
+  HWY_INLINE WindowWalk(const KernelScene& scene, const TileRays& rays, const Segment& segment)
+      : visible_(rays.packetOwned ? scene.windows[segment.cell] : ~uint64_t(0)) {
+    const auto cell = int32_t(segment.cell);
+    const Vec3i at{cell % scene.gridSize.x, cell / scene.gridSize.x % scene.gridSize.y, cell / scene.gridSize.x / scene.gridSize.y};
+    for (int a = 0; a < 3; ++a) {
+      start_[a] = float(rays.owner.origin[a] - double(at[a] * kBrickEdge) + (segment.kBegin + 0.5) * rays.owner.delta[a]);
+      delta_[a] = float(rays.owner.delta[a]);
+    }
+  }
+  // First voxel of the packet's footprints at sample k (from the segment's first), relative to the brick.
+  HWY_INLINE Vec3i corner(int32_t k) const {
+    Vec3i base;
+    for (int a = 0; a < 3; ++a) {
+      const float p = start_[a] + float(k) * delta_[a];
+      base[a] = p > 0 ? (p < kBrickEdge - 1 ? int(p) : kBrickEdge - 1) : 0;
+    }
+    return base;
+  }
+  HWY_INLINE bool visible(const Vec3i& corner) const {
+    return visible_ >> ((corner.x >> 2) + (corner.y >> 2) * 4 + (corner.z >> 2) * 16) & 1;
+  }
+  HWY_INLINE bool allVisible() const { return visible_ == ~uint64_t(0); }
+  HWY_INLINE bool visible(int32_t k) const { return allVisible() || visible(corner(k)); }
+
+ private:
+  uint64_t visible_;
+  float start_[3], delta_[3];
+};
 
 template <class T, Filter kFilter, RenderMode kRenderMode, bool kExtras>
 struct GeneralIntegrator {
@@ -351,14 +379,18 @@ struct GeneralIntegrator {
                                    int channelCount, TileCounters& counters) {
     SegmentGeometry g;
     placeSegment(scene, rays, segment, g);
-    countSegment(g, counters);
+    const WindowWalk walk(scene, rays, segment);
+    ++counters.segmentsIntegrated;
     const T* brick = static_cast<const T*>(scene.bricks[segment.cell]);
     for (size_t part = 0; part < kLanes; part += kPart) {
       Accumulator<T, kFilter, kMode, kExtras> accumulator(scene, rays, segment, brick, g, part);
       int32_t k = 0;
-      for (; k < g.allFrom; ++k) accumulator.template sample<false>(k, counters);
-      for (; k < g.allTo; ++k) accumulator.template sample<true>(k, counters);
-      for (; k < g.length; ++k) accumulator.template sample<false>(k, counters);
+      for (; k < g.allFrom; ++k)
+        if (walk.visible(k)) accumulator.template sample<false>(k, counters);
+      for (; k < g.allTo; ++k)
+        if (walk.visible(k)) accumulator.template sample<true>(k, counters);
+      for (; k < g.length; ++k)
+        if (walk.visible(k)) accumulator.template sample<false>(k, counters);
       accumulator.store(partial + part, channelCount);
     }
   }
@@ -395,14 +427,22 @@ HWY_INLINE bool addPartial(const KernelScene& scene, const float* partial, float
   return false;
 }
 
-// What a ray shows before its first segment: nothing, or (mip) the background where it meets the volume at all.
+// What a ray shows before its first segment.
 template <RenderMode kMode>
-HWY_INLINE void clearPixels(const KernelScene& scene, const TileRays& rays, float* pixels, int channels) {
+HWY_INLINE void clearPixels(float* pixels, int channels) {
   for (int i = 0; i < channels * kLanes; ++i) pixels[i] = 0;
   if constexpr (kMode == RenderMode::dvr)
     for (int l = 0; l < kLanes; ++l) pixels[channels * kLanes + l] = 1;  // transmittance
   if constexpr (kMode == RenderMode::mip)
-    for (int l = 0; l < kLanes; ++l) pixels[l] = rays.kBegin[l] < rays.kEnd[l] ? scene.background : -HUGE_VALF;
+    for (int l = 0; l < kLanes; ++l) pixels[l] = -HUGE_VALF;
+}
+
+// mip: the samples of a skipped segment are all background.
+HWY_INLINE void meetBackground(const KernelScene& scene, const TileRays& rays, const Segment& segment, float* pixels) {
+  SegmentGeometry g;
+  placeSegment(scene, rays, segment, g);
+  for (int l = 0; l < kLanes; ++l)
+    if (g.first[l] < g.last[l] && pixels[l] < scene.background) pixels[l] = scene.background;
 }
 
 // Casts a tile, its segments integrated by Integrator::integrate.
@@ -412,11 +452,12 @@ void castTile(const KernelScene& scene, const TileTask& task, TileCounters& coun
   const int channels = Integrator::channels(scene);
   const size_t stride = size_t(channels) * kLanes;
   HWY_ALIGN float scratch[5 * kLanes];
-  clearPixels<kMode>(scene, *task.rays, task.pixels, channels);
+  clearPixels<kMode>(task.pixels, channels);
   for (uint32_t s = 0; s < task.segmentCount; ++s) {
     const Segment& segment = task.segments[s];
     if (!scene.visible[segment.cell]) {
       ++counters.segmentsSkipped;
+      if constexpr (kMode == RenderMode::mip) meetBackground(scene, *task.rays, segment, task.pixels);
       continue;
     }
     float* partial = task.partials ? task.partials + s * stride : scratch;

@@ -91,11 +91,12 @@ TileKernel fastestKernel(const KernelScene& scene, Isa isa) {
 }
 
 KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume, const ClassificationTable& table,
-                            const uint8_t* visible) {
+                            const Occupancy& occupancy) {
   KernelScene s{};
   s.type = volume.lattice().type;
   s.bricks = volume.brickPointers().data();
-  s.visible = visible;
+  s.visible = occupancy.flags();
+  s.windows = occupancy.windows();
   s.gridSize = volume.gridSize();
   s.intervals = table.intervals();
   s.rangeLo = table.range().lo;

@@ -15,6 +15,7 @@
 
 #include <immintrin.h>
 
+#include <bit>
 #include <type_traits>
 
 HWY_BEFORE_NAMESPACE();
@@ -258,18 +259,14 @@ struct RayColours {
 // Steps the packet's base corner and its lanes through one segment.
 template <class Block>
 HWY_INLINE void marchPacket(const KernelScene& scene, const TileRays& rays, const Segment& segment, const SegmentGeometry& g,
-                            const BlockShape& shape, RayColours& out) {
+                            const BlockShape& shape, RayColours& out, TileCounters& counters) {
   using T = typename Block::Element;
   const auto* brick = static_cast<const T*>(scene.bricks[segment.cell]);
   __m512 start[3], delta[3];
-  float baseStart[3], baseDelta[3];
-  const auto cell = int32_t(segment.cell);
-  const Vec3i at{cell % scene.gridSize.x, cell / scene.gridSize.x % scene.gridSize.y, cell / scene.gridSize.x / scene.gridSize.y};
+  const WindowWalk walk(scene, rays, segment);
   for (int a = 0; a < 3; ++a) {
     start[a] = _mm512_load_ps(g.position[a]);
     delta[a] = _mm512_load_ps(g.delta[a]);
-    baseStart[a] = float(rays.owner.origin[a] - double(at[a] * kBrickEdge) + (segment.kBegin + 0.5) * rays.owner.delta[a]);
-    baseDelta[a] = float(rays.owner.delta[a]);
   }
   const __m512i first = _mm512_load_si512(g.first), last = _mm512_load_si512(g.last);
   const __m512 lo = _mm512_set1_ps(scene.rangeLo), scale = _mm512_set1_ps(scene.scale), lastNode = _mm512_set1_ps(scene.lastNode);
@@ -277,14 +274,17 @@ HWY_INLINE void marchPacket(const KernelScene& scene, const TileRays& rays, cons
   const __m512i nothing = _mm512_set1_epi32(int32_t(scene.lastNode) + 1);
   SampleBatch batch;
   for (int32_t k = 0; k < g.length; ++k) {
+    const Vec3i corner = walk.corner(k);
+    if (!walk.visible(corner)) continue;
+    const __m512i kk = _mm512_set1_epi32(k);
+    const __mmask16 active = _mm512_cmple_epi32_mask(first, kk) & _mm512_cmpgt_epi32_mask(last, kk);
+    counters.samples += unsigned(std::popcount(unsigned(active)));
     const __m512 n = _mm512_set1_ps(float(k));
     LanePositions where;
     int offset = 0;
     for (int a = 0; a < 3; ++a) {
-      const float corner = baseStart[a] + float(k) * baseDelta[a];
-      const int base = corner > 0 ? (corner < kBrickEdge - 1 ? int(corner) : kBrickEdge - 1) : 0;
-      offset += base * kStrideOf[a];
-      const __m512 local = _mm512_sub_ps(_mm512_fmadd_ps(n, delta[a], start[a]), _mm512_set1_ps(float(base)));
+      offset += corner[a] * kStrideOf[a];
+      const __m512 local = _mm512_sub_ps(_mm512_fmadd_ps(n, delta[a], start[a]), _mm512_set1_ps(float(corner[a])));
       where.whole[a] = _mm512_roundscale_ps(local, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
       where.fraction[a] = _mm512_sub_ps(local, where.whole[a]);
     }
@@ -295,8 +295,6 @@ HWY_INLINE void marchPacket(const KernelScene& scene, const TileRays& rays, cons
     x = _mm512_min_ps(_mm512_max_ps(x, _mm512_setzero_ps()), lastNode);
     __m512i node = _mm512_cvttps_epi32(x);
     _mm512_store_ps(batch.fraction[batch.count], _mm512_sub_ps(x, _mm512_cvtepi32_ps(node)));
-    const __m512i kk = _mm512_set1_epi32(k);
-    const __mmask16 active = _mm512_cmple_epi32_mask(first, kk) & _mm512_cmpgt_epi32_mask(last, kk);
     node = _mm512_mask_blend_epi32(active, nothing, node);
     _mm512_store_si512(batch.interval[batch.count], _mm512_slli_epi32(node, 5));
     if (++batch.count == kBatch) {
@@ -327,19 +325,19 @@ HWY_INLINE bool integratePacket(const KernelScene& scene, const TileRays& rays, 
   const BlockShape shape = narrowY ? BlockShape{1, 2, kStrideOf[1], kStrideOf[2]} : BlockShape{2, 1, kStrideOf[2], kStrideOf[1]};
   SegmentGeometry g;
   placeSegment(scene, rays, segment, g);
-  countSegment(g, counters);
+  ++counters.segmentsIntegrated;
   RayColours colours;
   const bool narrowPlane = narrowY && narrowZ;
   if constexpr (std::is_same_v<T, uint8_t>) {
-    if (narrowX && narrowPlane) marchPacket<CompactU8>(scene, rays, segment, g, shape, colours);
-    else marchPacket<WideU8>(scene, rays, segment, g, shape, colours);
+    if (narrowX && narrowPlane) marchPacket<CompactU8>(scene, rays, segment, g, shape, colours, counters);
+    else marchPacket<WideU8>(scene, rays, segment, g, shape, colours, counters);
   } else if constexpr (std::is_same_v<T, uint16_t>) {
-    if (narrowPlane) marchPacket<PacketU16<4>>(scene, rays, segment, g, shape, colours);
-    else marchPacket<PacketU16<5>>(scene, rays, segment, g, shape, colours);
+    if (narrowPlane) marchPacket<PacketU16<4>>(scene, rays, segment, g, shape, colours, counters);
+    else marchPacket<PacketU16<5>>(scene, rays, segment, g, shape, colours, counters);
   } else {
-    if (narrowX && narrowPlane) marchPacket<CompactF32>(scene, rays, segment, g, shape, colours);
-    else if (narrowPlane) marchPacket<WideF32<4>>(scene, rays, segment, g, shape, colours);
-    else marchPacket<WideF32<5>>(scene, rays, segment, g, shape, colours);
+    if (narrowX && narrowPlane) marchPacket<CompactF32>(scene, rays, segment, g, shape, colours, counters);
+    else if (narrowPlane) marchPacket<WideF32<4>>(scene, rays, segment, g, shape, colours, counters);
+    else marchPacket<WideF32<5>>(scene, rays, segment, g, shape, colours, counters);
   }
   colours.store(partial);
   return true;

@@ -33,11 +33,10 @@ bool addPartial(const KernelScene& scene, const EarlyTermination<Real>& terminat
 }
 
 template <class Real>
-void clearPixel(const KernelScene& scene, const TileRays& rays, int lane, Real* pixel) {
+void clearPixel(const KernelScene& scene, Real* pixel) {
   std::fill_n(pixel, kPixelPlanes, Real(0));
   if (scene.mode == RenderMode::dvr) pixel[planeCount(scene) - 1] = 1;  // transmittance
-  if (scene.mode == RenderMode::mip)
-    pixel[0] = rays.kBegin[lane] < rays.kEnd[lane] ? Real(scene.background) : -std::numeric_limits<Real>::infinity();
+  if (scene.mode == RenderMode::mip) pixel[0] = -std::numeric_limits<Real>::infinity();
 }
 
 // ---- the scalar kernel ----
@@ -97,12 +96,21 @@ bool compositeScalar(const KernelScene& scene, const float* partial, int channel
   return allDone;
 }
 
+// mip: the samples of a skipped segment are all background.
+void meetBackground(const KernelScene& scene, const TileRays& rays, const Segment& segment, float* pixels) {
+  const Vec3d base = brickBase(scene, segment.cell);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const SampleSpan span = laneSpan(scene, rays, segment, base, lane);
+    if (span.begin < span.end) pixels[lane] = std::max(pixels[lane], scene.background);
+  }
+}
+
 template <class T>
 void castTileScalar(const KernelScene& scene, const TileTask& task, TileCounters& counters) {
   const int channels = scene.mode == RenderMode::dvr ? (scene.depth ? 5 : 4) : 1;
   for (int lane = 0; lane < kLanes; ++lane) {
     float pixel[kPixelPlanes];
-    clearPixel(scene, *task.rays, lane, pixel);
+    clearPixel(scene, pixel);
     for (int p = 0; p < planeCount(scene); ++p) task.pixels[p * kLanes + lane] = pixel[p];
   }
   float scratch[5 * kLanes];
@@ -110,6 +118,7 @@ void castTileScalar(const KernelScene& scene, const TileTask& task, TileCounters
     const Segment& segment = task.segments[s];
     if (!scene.visible[segment.cell]) {
       ++counters.segmentsSkipped;
+      if (scene.mode == RenderMode::mip) meetBackground(scene, *task.rays, segment, task.pixels);
       continue;
     }
     float* partial = task.partials ? task.partials + size_t(s) * size_t(channels) * kLanes : scratch;
@@ -146,7 +155,7 @@ void castRay(const KernelScene& scene, const EarlyTermination<double>& terminati
       owner.origin[a] = rays.origin[a][lane] + view.footprintShift();
       owner.delta[a] = rays.delta[a][lane];
     }
-  clearPixel(scene, rays, lane, pixel);
+  clearPixel(scene, pixel);
   double partial[5];
   clearPartial(scene.mode, partial);
   TileCounters counters;
@@ -175,7 +184,7 @@ TileKernel scalarKernel(const KernelScene& scene) {
 
 std::vector<double> castReference(const RenderSettings& settings, const BrickVolume& volume) {
   const ClassificationTable table = settings.classification(volume.lattice());
-  const KernelScene scene = makeKernelScene(settings, volume, table, nullptr);
+  const KernelScene scene = makeKernelScene(settings, volume, table, Occupancy(settings, table));  // empty: never skips
   const ViewRays view(settings, volume.lattice(), volume.gridOrigin());
   const EarlyTermination<double> termination(settings.terminate);
   const auto channels = size_t(settings.channels());

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "raycast/occupancy.h"
 #include "raycast/render_settings.h"
 #include "raycast/segment_index.h"
 
@@ -14,6 +15,7 @@ struct KernelScene {
   ElementType type;
   const void* const* bricks;     // per cell
   const uint8_t* visible;        // per cell
+  const uint64_t* windows;       // per cell: which of its windows are visible
   Vec3i gridSize;
 
   const ClassificationTable::Interval* intervals;
@@ -32,7 +34,7 @@ struct KernelScene {
 };
 
 KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume, const ClassificationTable& table,
-                            const uint8_t* visible);
+                            const Occupancy& occupancy);
 
 /// Counts of work done, added up over tiles.
 struct TileCounters {

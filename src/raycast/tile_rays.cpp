@@ -10,6 +10,9 @@ namespace {
 
 constexpr double kMaxIndex = 1 << 30;
 
+// Slopes below this are none: their inverse would overflow.
+constexpr double kParallel = 1e-250;
+
 int32_t toIndex(double k) { return int32_t(std::clamp(k, -kMaxIndex, kMaxIndex)); }
 
 // Narrows [begin, end) to the samples with lo <= origin + (k + 0.5) * delta <= hi.
@@ -90,7 +93,8 @@ void ViewRays::geometry(int tile, TileRays& rays) const {
     for (int l = 0; l < kLanes; ++l) {
       const double offset = right * x[l] + down * y[l];
       rays.origin[a][l] = perspective_ ? eye : eye + offset;
-      rays.delta[a][l] = (perspective_ ? forward + offset : forward) * scale[l];
+      const double delta = (perspective_ ? forward + offset : forward) * scale[l];
+      rays.delta[a][l] = std::abs(delta) < kParallel ? 0 : delta;
     }
   }
   if (!shaded_) return;

@@ -21,7 +21,7 @@ struct LatticeRay {
 
 /// The first sample index at which a ray has passed the plane `x = plane` of one axis. Both bricks that share the plane
 /// ask this one function, so a sample belongs to exactly one brick whatever the rounding. A ray parallel to the plane
-/// counts as moving infinitely slowly in the positive direction. Clamped to +-2^30.
+/// counts as moving infinitely slowly in the positive direction. Clamped to +-2^30. `delta` is 0 or no denormal number.
 int32_t firstSampleBeyond(double plane, double origin, double delta);
 
 /// The 16 rays of a tile, in grid space, lane by lane.

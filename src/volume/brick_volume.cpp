@@ -14,7 +14,14 @@ namespace kairos {
 // Bricks come from chunks that never move, and go back to a free list.
 class BrickVolume::Pool {
  public:
-  explicit Pool(ElementType type) : brickBytes_(roundUp(size_t(kBrickVoxels) * size_t(bytesPerVoxel(type)) + kSlack)) {}
+  explicit Pool(ElementType type)
+      : windowOffset_(roundUp(size_t(kBrickVoxels) * size_t(bytesPerVoxel(type)) + kSlack)),
+        brickBytes_(windowOffset_ + kWindows * sizeof(ValueRange)) {}
+
+  // The window ranges stand behind the voxels.
+  ValueRange* windows(const void* brick) const {
+    return reinterpret_cast<ValueRange*>(const_cast<std::byte*>(static_cast<const std::byte*>(brick)) + windowOffset_);
+  }
 
   void* allocate() {
     std::lock_guard lock(mutex_);
@@ -43,7 +50,7 @@ class BrickVolume::Pool {
     void operator()(void* p) const { std::free(p); }
   };
 
-  size_t brickBytes_;
+  size_t windowOffset_, brickBytes_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<void, Free>> chunks_;
   std::vector<void*> free_;
@@ -67,19 +74,47 @@ namespace {
 // gradient stencil, three for the smallest corner of a 4x4 packet.
 constexpr int kLowMargin = 5;
 
+constexpr int kBlocks = kBrickStride / kWindowBlock;  // 4^3 blocks along a brick's edge, apron included
+
+ValueRange unite(ValueRange a, ValueRange b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }
+
+// Ranges of the five blocks in one row of blocks.
 template <class T>
-ValueRange rangeOf(const T* voxels) {
-  // Row-wise, so that the compiler keeps 20 independent minima and maxima in vector registers.
+void blockRowRanges(const T* voxels, int by, int bz, ValueRange* ranges) {
+  // Elementwise over whole rows, so that the compiler keeps 20 minima and maxima in vector registers.
+  const T* first = voxels + (bz * kBrickStride + by) * kWindowBlock * kBrickStride;
   T lo[kBrickStride], hi[kBrickStride];
-  std::copy_n(voxels, kBrickStride, lo);
-  std::copy_n(voxels, kBrickStride, hi);
-  for (int row = 1; row < kBrickStride * kBrickStride; ++row)
-    for (int x = 0; x < kBrickStride; ++x) {
-      const T v = voxels[row * kBrickStride + x];
-      lo[x] = v < lo[x] ? v : lo[x];
-      hi[x] = v > hi[x] ? v : hi[x];
+  std::copy_n(first, kBrickStride, lo);
+  std::copy_n(first, kBrickStride, hi);
+  for (int z = 0; z < kWindowBlock; ++z)
+    for (int y = 0; y < kWindowBlock; ++y) {
+      const T* row = first + (z * kBrickStride + y) * kBrickStride;
+      for (int x = 0; x < kBrickStride; ++x) {
+        lo[x] = row[x] < lo[x] ? row[x] : lo[x];
+        hi[x] = row[x] > hi[x] ? row[x] : hi[x];
+      }
     }
-  return {float(*std::min_element(lo, lo + kBrickStride)), float(*std::max_element(hi, hi + kBrickStride))};
+  for (int b = 0; b < kBlocks; ++b)
+    ranges[b] = {float(*std::min_element(lo + b * kWindowBlock, lo + (b + 1) * kWindowBlock)),
+                 float(*std::max_element(hi + b * kWindowBlock, hi + (b + 1) * kWindowBlock))};
+}
+
+// Fills the ranges of all windows; returns the brick's.
+template <class T>
+ValueRange summarise(const T* voxels, ValueRange* windows) {
+  ValueRange blocks[kBlocks][kBlocks][kBlocks];
+  for (int z = 0; z < kBlocks; ++z)
+    for (int y = 0; y < kBlocks; ++y) blockRowRanges(voxels, y, z, blocks[z][y]);
+  ValueRange all = blocks[0][0][0];
+  for (int z = 0; z < kBlocks - 1; ++z)
+    for (int y = 0; y < kBlocks - 1; ++y)
+      for (int x = 0; x < kBlocks - 1; ++x) {
+        ValueRange window = blocks[z][y][x];
+        for (int n = 1; n < 8; ++n) window = unite(window, blocks[z + (n >> 2)][y + (n >> 1 & 1)][x + (n & 1)]);
+        windows[x + 4 * y + 16 * z] = window;
+        all = unite(all, window);
+      }
+  return all;
 }
 
 // Which of the four 5-voxel blocks along x a 20-bit row mask touches.
@@ -97,26 +132,58 @@ constexpr std::array<uint64_t, 8> kAllChanged{~0ull, ~0ull, ~0ull, ~0ull, ~0ull,
 
 }  // namespace
 
+namespace {
+
+std::string positionText(const Vec3i& v) {
+  std::string text = "(";
+  text += std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+  return text;
+}
+
+void checkFits(const Lattice& lattice, const Field& field) {
+  if (field.type() != lattice.type)
+    throw StateError("the field holds " + std::string(name(field.type())) + " values, its lattice says " +
+                     std::string(name(lattice.type)));
+  if (field.background != lattice.background && !(std::isnan(field.background) && std::isnan(lattice.background)))
+    throw StateError("the field's background is " + std::to_string(field.background) + ", its lattice says " +
+                     std::to_string(lattice.background));
+  for (const Vec3i& origin : field.leafOrigins) {
+    if (lattice.domain.contains(VoxelBox{origin, origin + Vec3i{kLeafEdge, kLeafEdge, kLeafEdge}})) continue;
+    for (int i = 0; i < kLeafVoxels; ++i) {
+      const Vec3i v = origin + Vec3i{i & 7, (i >> 3) & 7, i >> 6};
+      if (lattice.domain.contains(v)) continue;
+      const double value = field.value(v);
+      if (value != field.background && std::isfinite(value))
+        throw StateError("the field's voxel " + positionText(v) + " lies outside its lattice's domain");
+    }
+  }
+}
+
+}  // namespace
+
 BrickVolume::BrickVolume(const Lattice& lattice, const Field& field, ThreadPool& pool)
     : lattice_(lattice),
       background_(std::isfinite(lattice.background) ? lattice.background : 0.0),
       pool_(std::make_unique<Pool>(lattice.type)) {
-  if (field.type() != lattice.type)
-    throw StateError("the field holds " + std::string(name(field.type())) + " values, its lattice says " +
-                     std::string(name(lattice.type)));
+  checkFits(lattice, field);
   const VoxelBox domain = lattice.domain.empty() ? VoxelBox{{0, 0, 0}, {1, 1, 1}} : lattice.domain;
+  int64_t cells = 1;
+  constexpr int64_t kMaxCells = int64_t(1) << 31;
   for (int a = 0; a < 3; ++a) {
-    gridOrigin_[a] = floorToMultiple(domain.lo[a] - kLowMargin, kLeafEdge);
-    gridSize_[a] = (domain.hi[a] + 1 - gridOrigin_[a] + kBrickEdge - 1) / kBrickEdge;
+    // In 64 bits, since any box of 32-bit voxel indices may come along.
+    const int64_t low = int64_t(domain.lo[a]) - kLowMargin, origin = low - ((low % kLeafEdge) + kLeafEdge) % kLeafEdge;
+    const int64_t size = (domain.hi[a] + int64_t(1) - origin + kBrickEdge - 1) / kBrickEdge;
+    cells = std::min(cells * size, kMaxCells + 1);
+    gridOrigin_[a] = int32_t(origin);
+    gridSize_[a] = int32_t(size);
   }
-  const int64_t cells = int64_t(gridSize_.x) * gridSize_.y * gridSize_.z;
-  if (cells > (int64_t(1) << 31))
-    throw StateError("the domain of " + std::to_string(domain.size().x) + " x " + std::to_string(domain.size().y) +
-                     " x " + std::to_string(domain.size().z) + " voxels needs " + std::to_string(cells) +
-                     " bricks; at most 2^31 are supported");
+  if (cells > kMaxCells)
+    throw StateError("the domain from " + positionText(domain.lo) + " to " + positionText(domain.hi) +
+                     " needs more than 2^31 bricks of 16^3 voxels");
   dispatch(lattice.type, [&]<class T>() {
     T* brick = static_cast<T*>(pool_->allocate());
     std::fill_n(brick, kBrickVoxels, T(background_));
+    summarise(brick, pool_->windows(brick));
     backgroundBrick_ = brick;
   });
   bricks_.assign(size_t(cells), backgroundBrick_);
@@ -140,6 +207,10 @@ Vec3i BrickVolume::cellCoordinates(uint32_t cell) const {
   return {x, rest % gridSize_.y, rest / gridSize_.y};
 }
 
+std::span<const ValueRange, kWindows> BrickVolume::windowRanges(uint32_t cell) const {
+  return std::span<const ValueRange, kWindows>(pool_->windows(bricks_[cell]), kWindows);
+}
+
 uint64_t BrickVolume::memoryBytes() const {
   return pool_->bytes() + bricks_.size() * (sizeof(void*) + sizeof(ValueRange));
 }
@@ -147,6 +218,16 @@ uint64_t BrickVolume::memoryBytes() const {
 uint32_t BrickVolume::allocatedBricks() const { return pool_->allocated(); }
 
 namespace {
+
+// A simulation may have filled these in itself; anything else than whole leaves would write outside the bricks.
+void checkWellFormed(const ChangedLeaf& leaf, uint64_t valueCount) {
+  if (leaf.origin != leafOriginOf(leaf.origin))
+    throw StateError("changed leaf " + positionText(leaf.origin) + " does not start at multiples of 8");
+  const auto count = uint64_t(leaf.count());
+  if (leaf.first > valueCount || count > valueCount - leaf.first)
+    throw StateError("changed leaf " + positionText(leaf.origin) + " takes " + std::to_string(count) + " values from number " +
+                     std::to_string(leaf.first) + " on, but there are " + std::to_string(valueCount));
+}
 
 void checkInsideDomain(const ChangedLeaf& leaf, const VoxelBox& domain) {
   const VoxelBox box{leaf.origin, leaf.origin + Vec3i{kLeafEdge, kLeafEdge, kLeafEdge}};
@@ -156,8 +237,7 @@ void checkInsideDomain(const ChangedLeaf& leaf, const VoxelBox& domain) {
       const int bit = std::countr_zero(word);
       const Vec3i v = leaf.origin + Vec3i{bit & 7, bit >> 3, z};
       if (!domain.contains(v))
-        throw StateError("changed voxel (" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " +
-                         std::to_string(v.z) + ") lies outside the volume's domain");
+        throw StateError("changed voxel " + positionText(v) + " lies outside the volume's domain");
     }
 }
 
@@ -167,7 +247,10 @@ const DirtyBricks& BrickVolume::apply(const ChangedVoxels& changes, ThreadPool& 
   if (changes.type() != lattice_.type)
     throw StateError("changed voxels hold " + std::string(name(changes.type())) + " values, the volume holds " +
                      std::string(name(lattice_.type)));
-  for (const ChangedLeaf& leaf : changes.leaves) checkInsideDomain(leaf, lattice_.domain);
+  for (const ChangedLeaf& leaf : changes.leaves) {
+    checkWellFormed(leaf, changes.count());
+    checkInsideDomain(leaf, lattice_.domain);
+  }
   leafViews_.clear();
   std::visit(
       [&](const auto& values) {
@@ -254,7 +337,7 @@ void BrickVolume::updateBrick(uint32_t cell, std::span<const Placement> placemen
       }
     }
   }
-  ranges_[cell] = rangeOf(brick);
+  ranges_[cell] = summarise(brick, pool_->windows(brick));
   if (ranges_[cell] == ValueRange{float(background), float(background)}) {
     pool_->release(brick);
     bricks_[cell] = backgroundBrick_;

@@ -24,6 +24,11 @@ inline constexpr int kBrickVoxels = kBrickStride * kBrickStride * kBrickStride;
 /// A sub-block is 5^3 of a brick's 20^3 voxels; bit bx + 4 by + 16 bz of a 64-bit mask stands for one.
 inline constexpr int kSubBlockEdge = 5;
 
+/// A window is the part of a brick that footprints starting in one 4^3 block of its 16^3 voxels can read: 8^3 voxels from
+/// the block's first. Window bx + 4 by + 16 bz belongs to block (bx, by, bz).
+inline constexpr int kWindowBlock = 4;
+inline constexpr int kWindows = 64;
+
 /// The bricks a set of changes touched, aprons included, in ascending cell order.
 struct DirtyBricks {
   std::vector<uint32_t> cells;
@@ -62,6 +67,8 @@ class BrickVolume {
   const std::vector<const void*>& brickPointers() const { return bricks_; }
   /// Range of a cell's values, apron included.
   ValueRange range(uint32_t cell) const { return ranges_[cell]; }
+  /// Ranges of the cell's 64 windows.
+  std::span<const ValueRange, kWindows> windowRanges(uint32_t cell) const;
   bool isBackground(uint32_t cell) const { return bricks_[cell] == backgroundBrick_; }
 
   /// Writes the new values into every brick and apron that holds them, and refreshes value ranges in the same pass.

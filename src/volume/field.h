@@ -67,7 +67,8 @@ uint64_t stateChecksum(const Field& field);
 /// One voxel's term; `valueBits` are the value's bits, zero-extended. 0 when they equal the background's bits.
 uint64_t voxelChecksum(const Vec3i& voxel, uint64_t valueBits, uint64_t backgroundBits);
 
-/// Smallest and largest finite value among stored voxels and the background, and how many voxels are NaN or infinite.
+/// Smallest and largest finite value among stored voxels and the background, and how many voxels are NaN or infinite. A
+/// background that is not finite counts as the 0 it is rendered as.
 struct FieldStatistics {
   double lo, hi;
   int64_t nonFinite;

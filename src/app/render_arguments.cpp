@@ -1,0 +1,149 @@
+#include "app/render_arguments.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <thread>
+
+#include "core/error.h"
+#include "raycast/tile_kernel.h"
+
+namespace kairos {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  kairos render seq/ -o out/frame.####.exr --png
+  kairos render seq/ -o out/side.####.exr --view x --size 1920x1080 --tf magma --shade --step 0.5
+  kairos render sim/smoke_####.vdb -o out/frame.####.exr --frames 21-40 --range 0,1.2
+  kairos render 'jet_*.raw' --dims 81,49,65 --type u8 -o out/mip.####.exr --mode mip --ortho fit
+
+The first frame is rendered in full; for each further step only what its changed voxels touch is recast, with the same
+bits as a full render. INPUT is a sequence made by 'kairos diff', or a simulation's files (OpenVDB or raw): a directory, a glob, a #### or %04d
+pattern, or file names. #### in the output name becomes the time step. Images are premultiplied linear RGBA, row 0 at the
+top; cameras and lengths are in world units; NaN and infinite voxels are rendered as absent.
+--stats: total_ms is from waiting for the step to its image, load_ms the reading of it (which runs ahead), write_ms the
+writing of its files (which runs behind). Ctrl-C stops after the current frame; --resume goes on where it stopped.)";
+
+constexpr uint64_t kDefaultCache = uint64_t(2) << 30;
+
+std::vector<std::string> isaNames() {
+  std::vector<std::string> names;
+  for (const Isa isa : supportedIsas()) names.push_back(name(isa));
+  names.push_back(name(Isa::scalar));
+  return names;
+}
+
+Isa interpretIsa(const std::string& text) {
+  if (text.empty() || text == "auto") return Isa::automatic;
+  for (const Isa isa : supportedIsas())
+    if (text == name(isa)) return isa;
+  if (text == name(Isa::scalar)) return Isa::scalar;
+  std::vector<std::string> names = isaNames();
+  names.insert(names.begin(), "auto");
+  choiceOption("--isa", text, names);
+  return Isa::automatic;
+}
+
+}  // namespace
+
+void RenderArguments::addTo(CLI::App& command) {
+  input.addTo(command, "a sequence directory, or a simulation's files");
+  command.get_option("INPUT")->option_text(" ");
+  command
+      .add_option(
+          "--tolerance", words_.tolerance,
+          "simulation files: a voxel has changed when it differs by more than this\nfrom what is shown [0]")
+      ->group("Input")
+      ->option_text("E");
+  view.addTo(command);
+  addMethodOptions(command);
+  addOutputOptions(command);
+  command.footer(kExamples);
+}
+
+void RenderArguments::addMethodOptions(CLI::App& command) {
+  const auto add = [&](const char* option, const char* placeholder, std::string& value,
+                       const std::string& help) {
+    command.add_option(option, value, help)->group("Method")->option_text(placeholder);
+  };
+  add("--method", "NAME", words_.method,
+      "segments: recast the ray segments whose voxels changed; full: recast\neverything. Both give the same "
+      "bits [segments]");
+  add("--threads", "N", words_.threads, "threads that render, from 1 to 1024 [all processors]");
+  std::string isas;
+  for (const std::string& known : isaNames()) isas += ", " + known;
+  add("--isa", "NAME", words_.isa,
+      "instruction set of the kernels: auto" + isas + " [auto: the\nbest of this machine]");
+  add("--cache-memory", "SIZE", words_.cacheMemory,
+      "most memory for reusable ray segments, with KiB, MiB or GiB; rays that\ndo not fit are recast whole "
+      "[2GiB]");
+}
+
+void RenderArguments::addOutputOptions(CLI::App& command) {
+  const char* const kGroup = "Output";
+  command.add_option("-o,--output", output, "EXR files to write, #### for the time step (required)")
+      ->group(kGroup)
+      ->option_text("PATTERN")
+      ->required();
+  command.add_option("--frames", framesText, "time steps to render: A-B, A, A- or -B [all]")
+      ->group(kGroup)
+      ->option_text("A-B");
+  auto* half =
+      command.add_flag("--half", words_.half, "16-bit float colour [this]")->group(kGroup)->option_text(" ");
+  command.add_flag("--float", words_.full, "32-bit float colour")
+      ->group(kGroup)
+      ->excludes(half)
+      ->option_text(" ");
+  command.add_option("--compression", words_.compression, "zip, zips, piz or none; all lossless [zip]")
+      ->group(kGroup)
+      ->option_text("NAME");
+  command
+      .add_option(
+          "--aov", words_.aov,
+          "further channels: depth (Z: the opacity-weighted mean distance from the\neye in world units, "
+          "infinite where nothing is seen; dvr) [none]")
+      ->group(kGroup)
+      ->option_text("NAME");
+  command.add_flag("--png", png, "also a PNG beside each EXR, over black")->group(kGroup);
+  command.add_option("--stats", stats, "one JSON object per frame: times, counts, what was reused")
+      ->group(kGroup)
+      ->option_text("FILE.jsonl");
+  command.add_flag("--resume", resume, "skip frames that an earlier run with the same settings finished")
+      ->group(kGroup);
+  command.add_flag("--quiet", quiet, "no progress, no summary")->group(kGroup);
+}
+
+void RenderArguments::interpret() {
+  view.interpret();
+  interpretMethod();
+  interpretOutput();
+}
+
+void RenderArguments::interpretMethod() {
+  const Words& w = words_;
+  if (!w.tolerance.empty())
+    tolerance = numberOption("--tolerance", w.tolerance, 0, 1e30,
+                             "a number of 0 or more, in the units of the values");
+  if (!w.method.empty()) renderer.method = Method(choiceOption("--method", w.method, {"full", "segments"}));
+  renderer.threads =
+      w.threads.empty()
+          ? std::clamp(int(std::thread::hardware_concurrency()), 1, 1024)
+          : int(integerOption("--threads", w.threads, 1, 1024, "a whole number from 1 to 1024"));
+  renderer.cacheMemory = w.cacheMemory.empty() ? kDefaultCache : bytesOption("--cache-memory", w.cacheMemory);
+  isa = interpretIsa(w.isa);
+}
+
+void RenderArguments::interpretOutput() {
+  const Words& w = words_;
+  if (!framesText.empty()) frames = stepRangeOption("--frames", framesText);
+  exr.half = !w.full;
+  if (!w.compression.empty())
+    exr.compression =
+        ExrCompression(choiceOption("--compression", w.compression, {"none", "zips", "zip", "piz"}));
+  if (w.aov.empty()) return;
+  for (const std::string& aov : commaSeparated(w.aov))
+    if (aov != "depth") refuseValue("--aov", aov, "depth, the only further channel");
+  depth = true;
+}
+
+}  // namespace kairos

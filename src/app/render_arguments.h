@@ -1,0 +1,56 @@
+// All options of `kairos render`.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "app/input_arguments.h"
+#include "app/option_values.h"
+#include "app/view_arguments.h"
+#include "diff/differential_renderer.h"
+#include "io/image_file.h"
+
+namespace CLI {
+class App;
+}
+
+namespace kairos {
+
+class RenderArguments {
+ public:
+  /// Adds INPUT and all options. `this` must outlive the parsing.
+  void addTo(CLI::App& command);
+  /// Turns the words into values. Throws OptionError and InputError for what is wrong whatever the input.
+  void interpret();
+
+  InputArguments input;
+  ViewArguments view;
+
+  // Valid after `interpret`.
+  double tolerance = 0;
+  RendererOptions renderer;
+  Isa isa = Isa::automatic;
+  std::string output;      // pattern of the EXR files
+  StepRange frames;        // all by default
+  std::string framesText;  // as typed
+  ExrOptions exr;
+  bool depth = false;  // --aov depth
+  bool png = false, resume = false, quiet = false;
+  std::string stats;  // empty: none
+
+ private:
+  struct Words {
+    std::string tolerance, method, threads, isa, cacheMemory;
+    std::string compression, aov;
+    bool half = false, full = false;
+  };
+
+  void addMethodOptions(CLI::App& command);
+  void addOutputOptions(CLI::App& command);
+  void interpretMethod();
+  void interpretOutput();
+
+  Words words_;
+};
+
+}  // namespace kairos

@@ -1,0 +1,262 @@
+// `kairos render`: the dynamic phase, from a sequence or a simulation's files to images.
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "app/command.h"
+#include "app/frame_report.h"
+#include "app/frame_writer.h"
+#include "app/progress_line.h"
+#include "app/render_arguments.h"
+#include "app/resume.h"
+#include "app/step_source.h"
+#include "app/step_stream.h"
+#include "app/text_format.h"
+#include "core/error.h"
+
+namespace kairos {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double msSince(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+const char* methodName(Method method) {
+  return method == Method::full ? "full" : "segments";
+}
+
+/// One run of the command.
+class RenderRun {
+ public:
+  RenderRun(RenderArguments& arguments, CommandContext& context) : arguments_(arguments), context_(context) {}
+
+  void run();
+
+ private:
+  void open();
+  void selectFrames();
+  ValueRange dataRange();
+  void defineImages();
+  void findStandingFrames();
+  void renderFrames();
+  void renderStep(const LoadedStep& step, Clock::time_point begin);
+  void writeFrame(const LoadedStep& step, const FrameTimes& times);
+  const Image& show(const LoadedStep& step);
+  void warnOfNonFinite(const LoadedStep& step);
+  void summarise(Clock::time_point begin);
+
+  std::string framePathOf(size_t index) const {
+    return framePath(arguments_.output, source_->steps()[index]);
+  }
+  std::string pngPathOf(size_t index) const {
+    return arguments_.png ? std::filesystem::path(framePathOf(index)).replace_extension(".png").string() : "";
+  }
+  std::string fingerprintOf(size_t index) const {
+    return frameFingerprint(settingsHash_, source_->identity(firstSelected_, index));
+  }
+  bool stands(size_t index) const { return stands_[index - firstSelected_]; }
+  int64_t framesToWrite() const { return std::count(stands_.begin(), stands_.end(), false); }
+
+  RenderArguments& arguments_;
+  CommandContext& context_;
+  std::unique_ptr<ThreadPool> pool_;  // for comparing steps, if they have to be
+  std::unique_ptr<StepSource> source_;
+  size_t firstSelected_ = 0, lastSelected_ = 0;
+  RenderSettings settings_;
+  RunDescription description_;
+  uint64_t settingsHash_ = 0;
+  std::vector<bool> stands_;  // per selected step: finished by an earlier run
+  std::optional<DifferentialRenderer> renderer_;
+  std::optional<StatsFile> stats_;
+  std::optional<ProgressLine> progress_;
+  std::optional<FrameWriter> writer_;  // its callbacks use the ones above
+  RunSummary summary_;
+  int64_t submitted_ = 0;
+  bool warnedOfNonFinite_ = false;
+};
+
+void RenderRun::run() {
+  const auto begin = Clock::now();
+  arguments_.interpret();
+  checkOutputPattern(arguments_.output);
+  open();
+  selectFrames();
+  defineImages();
+  findStandingFrames();
+  if (framesToWrite() > 0) renderFrames();
+  summarise(begin);
+}
+
+void RenderRun::open() {
+  pool_ = std::make_unique<ThreadPool>(arguments_.renderer.threads);
+  source_ = openStepSource(arguments_.input, arguments_.tolerance, *pool_);
+}
+
+void RenderRun::selectFrames() {
+  const auto& steps = source_->steps();
+  const auto inside = [&](int64_t step) { return arguments_.frames.contains(step); };
+  const auto first = std::find_if(steps.begin(), steps.end(), inside);
+  if (first == steps.end())
+    refuseValue("--frames", arguments_.framesText,
+                "time steps of " + source_->name() + ", which has " + countText(steps.size(), "step") +
+                    " from " + std::to_string(steps.front()) + " to " + std::to_string(steps.back()));
+  firstSelected_ = size_t(first - steps.begin());
+  lastSelected_ = firstSelected_;
+  while (lastSelected_ + 1 < steps.size() && inside(steps[lastSelected_ + 1])) ++lastSelected_;
+}
+
+ValueRange RenderRun::dataRange() {
+  ProgressLine progress("scanning value range", "steps", arguments_.quiet);
+  return source_->valueRange([&](int64_t done, int64_t total) { progress.update(done, total); },
+                             context_.stop);
+}
+
+void RenderRun::defineImages() {
+  const auto settingsFor = [&](ValueRange range) {
+    RenderSettings settings = arguments_.view.settings(source_->lattice(), range);
+    settings.isa = arguments_.isa == Isa::automatic ? bestIsa() : arguments_.isa;
+    settings.depth = arguments_.depth;
+    settings.validate();
+    return settings;
+  };
+  // Options are found wrong before a pass over the data begins.
+  settings_ = settingsFor({0, 1});
+  if (arguments_.view.needsDataRange()) settings_ = settingsFor(dataRange());
+  description_ = {methodName(arguments_.renderer.method), name(settings_.isa), arguments_.renderer.threads,
+                  settings_.width, settings_.height};
+  const std::string storage =
+      formatted("half %d compression %d", int(arguments_.exr.half), int(arguments_.exr.compression));
+  settingsHash_ = settingsFingerprint(settings_, source_->lattice(), storage);
+}
+
+void RenderRun::findStandingFrames() {
+  stands_.assign(lastSelected_ - firstSelected_ + 1, false);
+  if (!arguments_.resume) return;
+  for (size_t index = firstSelected_; index <= lastSelected_; ++index) {
+    context_.stop.check();
+    stands_[index - firstSelected_] =
+        frameStands(framePathOf(index), pngPathOf(index), settings_, fingerprintOf(index));
+  }
+}
+
+void RenderRun::renderFrames() {
+  renderer_.emplace(source_->lattice(), settings_, arguments_.renderer);
+  if (!renderer_->seesVolume())
+    throw OptionError(
+        settings_.clipBox ? "--clip-box" : "--eye",
+        "no ray of this view meets the volume" +
+            std::string(settings_.clipBox ? " inside the clip box" : "") +
+            "; check --eye, --target, --fov, --ortho and --clip-box against the volume's bounds " +
+            "(kairos info shows them), or use --view");
+  stats_.emplace(arguments_.stats, arguments_.resume);
+  progress_.emplace("rendering", "frames", arguments_.quiet);
+  writer_.emplace(settings_.camera, arguments_.exr, std::clamp(arguments_.renderer.threads, 1, 4));
+
+  // Frames that stand are passed over; those before the first missing one are not even rendered where the
+  // step can be had without them.
+  size_t first = firstSelected_, last = lastSelected_;
+  while (stands(last)) --last;
+  if (source_->seekable())
+    while (stands(first)) ++first;
+  StepStream stream(*source_, first, last);
+  try {
+    for (auto begin = Clock::now(); auto step = stream.next(); begin = Clock::now()) {
+      renderStep(*step, begin);
+      context_.stop.check();
+    }
+    writer_->finish();
+  } catch (const Interrupted&) {
+    writer_->finish();
+    progress_->finish();
+    context_.whenInterrupted = countText(uint64_t(submitted_), "frame") + " of " +
+                               std::to_string(framesToWrite()) +
+                               " written; the same command with --resume goes on";
+    throw;
+  }
+  progress_->finish();
+}
+
+void RenderRun::renderStep(const LoadedStep& step, Clock::time_point begin) {
+  warnOfNonFinite(step);
+  const bool first = std::holds_alternative<Field>(step.content);
+  show(step);
+  const double totalMs = msSince(begin);
+  if (stands(step.index)) return;
+  summary_.add(renderer_->statistics(), totalMs, first);
+  writeFrame(step, {totalMs, step.loadMs, 0});
+  progress_->update(++submitted_, framesToWrite());
+}
+
+const Image& RenderRun::show(const LoadedStep& step) {
+  try {
+    if (const auto* field = std::get_if<Field>(&step.content)) return renderer_->start(*field);
+    return renderer_->update(std::get<ChangedVoxels>(step.content));
+  } catch (const StateError& error) {
+    throw StateError(source_->stepName(step.index) + ": " + error.what());
+  }
+}
+
+void RenderRun::writeFrame(const LoadedStep& step, const FrameTimes& times) {
+  const FrameStatistics statistics = renderer_->statistics();
+  const int64_t number = source_->steps()[step.index];
+  FrameToWrite frame{framePathOf(step.index), {}, renderer_->image(), {}, {}, {}};
+  if (arguments_.png) frame.png = pngPathOf(step.index);
+  if (arguments_.depth) frame.depth = renderer_->depth();
+  frame.metadata = {{"comments", context_.commandLine},
+                    {"kairos:version", std::string(KAIROS_VERSION)},
+                    {"kairos:step", int(number)},
+                    {"kairos:method", description_.method},
+                    {"kairos:samples", double(statistics.samples)},
+                    {"kairos:settings", fingerprintOf(step.index)}};
+  frame.written = [this, times, statistics, number, bytes = step.bytesRead,
+                   nonFinite = step.nonFinite](double writeMs) {
+    FrameTimes all = times;
+    all.writeMs = writeMs;
+    stats_->write(frameRecord(number, description_, all, statistics, bytes, nonFinite));
+  };
+  writer_->submit(std::move(frame));
+}
+
+void RenderRun::warnOfNonFinite(const LoadedStep& step) {
+  if (step.nonFinite == 0 || warnedOfNonFinite_) return;
+  warnedOfNonFinite_ = true;
+  progress_->message("kairos: warning: " + source_->stepName(step.index) + " (step " +
+                     std::to_string(source_->steps()[step.index]) + ") holds " +
+                     countText(uint64_t(step.nonFinite), "NaN or infinite voxel") +
+                     ", rendered as absent; --stats counts those of every step");
+}
+
+void RenderRun::summarise(Clock::time_point begin) {
+  if (arguments_.quiet) return;
+  const auto kept = size_t(std::count(stands_.begin(), stands_.end(), true));
+  const uint64_t memory = renderer_ ? renderer_->memoryBytes() : 0;
+  std::fputs(summary_.text(description_, kept, msSince(begin) / 1000, memory).c_str(), stdout);
+  std::printf("%s ... %s\n", framePathOf(firstSelected_).c_str(), framePathOf(lastSelected_).c_str());
+}
+
+}  // namespace
+
+void addRenderCommand(CLI::App& root, CommandContext& context) {
+  CLI::App* command =
+      root.add_subcommand("render", "Render one image per time step, recasting only what changed");
+  auto arguments = std::make_shared<RenderArguments>();
+  arguments->addTo(*command);
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] {
+      RenderRun(*arguments, context).run();
+      return 0;
+    };
+  });
+}
+
+}  // namespace kairos

@@ -1,0 +1,165 @@
+// Writing EXR through OpenEXR. The file is made in memory first: OpenEXR's own file stream reports a full
+// disk only for part of its writes.
+#include <ImfChannelList.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFloatAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfFramesPerSecond.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfIntAttribute.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <ImfThreading.h>
+
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <string_view>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/image_file.h"
+
+namespace kairos {
+namespace {
+
+class MemoryStream : public Imf::OStream {
+ public:
+  MemoryStream() : OStream("memory") {}
+  void write(const char data[], int count) override {
+    const auto n = size_t(count);
+    if (bytes_.size() < position_ + n) bytes_.resize(position_ + n);
+    std::memcpy(bytes_.data() + position_, data, n);
+    position_ += n;
+  }
+  uint64_t tellp() override { return position_; }
+  void seekp(uint64_t position) override { position_ = position; }
+  std::string_view bytes() const { return {bytes_.data(), bytes_.size()}; }
+
+ private:
+  std::vector<char> bytes_;
+  size_t position_ = 0;
+};
+
+Imf::Compression compressionOf(ExrCompression c) {
+  switch (c) {
+    case ExrCompression::none:
+      return Imf::NO_COMPRESSION;
+    case ExrCompression::zips:
+      return Imf::ZIPS_COMPRESSION;
+    case ExrCompression::piz:
+      return Imf::PIZ_COMPRESSION;
+    default:
+      return Imf::ZIP_COMPRESSION;
+  }
+}
+
+// OpenEXR's camera space is left-handed: x right, y up, and z > 0 in front of the camera. Points are row
+// vectors.
+Imath::M44d worldToCameraOf(const Camera& camera, int width, int height) {
+  const RayGenerator rays(camera, width, height);
+  const Vec3d x = rays.right(), y = rays.up(), z = rays.forward(), e = camera.eye;
+  return {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, -dot(e, x), -dot(e, y), -dot(e, z), 1};
+}
+
+// From camera space to (0, 0) at the upper left and (1, 1) at the lower right corner of the image, after
+// division by w.
+Imath::M44d cameraToNdcOf(const Camera& camera, int width, int height) {
+  const bool perspective = camera.projection == Camera::Projection::perspective;
+  const double imageHeight =
+      perspective ? 2 * std::tan(camera.verticalFovDegrees * std::numbers::pi / 360) : camera.imageHeight;
+  const double sx = height / (imageHeight * width), sy = -1 / imageHeight;
+  if (perspective) return {sx, 0, 0, 0, 0, sy, 0, 0, 0.5, 0.5, 1, 1, 0, 0, 0, 0};
+  return {sx, 0, 0, 0, 0, sy, 0, 0, 0, 0, 1, 0, 0.5, 0.5, 0, 1};
+}
+
+void addMetadata(Imf::Header& header, const Metadata& metadata) {
+  for (const auto& [name, value] : metadata) {
+    if (const auto* s = std::get_if<std::string>(&value)) header.insert(name, Imf::StringAttribute(*s));
+    if (const auto* i = std::get_if<int>(&value)) header.insert(name, Imf::IntAttribute(*i));
+    if (const auto* f = std::get_if<float>(&value)) header.insert(name, Imf::FloatAttribute(*f));
+    if (const auto* d = std::get_if<double>(&value)) header.insert(name, Imf::DoubleAttribute(*d));
+  }
+}
+
+Imf::Header headerOf(const Image& rgba, const Camera& camera, const Metadata& metadata,
+                     const ExrOptions& options) {
+  Imf::Header header(rgba.width, rgba.height);
+  header.compression() = compressionOf(options.compression);
+  const Imath::M44d worldToCamera = worldToCameraOf(camera, rgba.width, rgba.height);
+  Imf::addWorldToCamera(header, Imath::M44f(worldToCamera));
+  Imf::addWorldToNDC(header, Imath::M44f(worldToCamera * cameraToNdcOf(camera, rgba.width, rgba.height)));
+  Imf::addFramesPerSecond(header, Imf::guessExactFps(options.framesPerSecond));
+  addMetadata(header, metadata);
+  return header;
+}
+
+// One channel of an interleaved float image.
+Imf::Slice floatSlice(const Image& image, int channel) {
+  const size_t pixel = size_t(image.channels) * sizeof(float);
+  auto* base = reinterpret_cast<char*>(const_cast<float*>(image.data.data() + channel));  // only read from
+  return {Imf::FLOAT, base, pixel, pixel * size_t(image.width)};
+}
+
+Imf::Slice halfSlice(std::vector<half>& values, int channel, int width) {
+  const size_t pixel = 4 * sizeof(half);
+  return {Imf::HALF, reinterpret_cast<char*>(values.data() + channel), pixel, pixel * size_t(width)};
+}
+
+void requireShape(const std::string& path, const Image& image, int width, int height, int channels) {
+  if (image.width <= 0 || image.height <= 0 || image.width != width || image.height != height ||
+      image.channels < channels ||
+      image.data.size() != size_t(width) * size_t(height) * size_t(image.channels))
+    throw OutputError(path, "an image of " + std::to_string(image.width) + " x " +
+                                std::to_string(image.height) + " x " + std::to_string(image.channels) +
+                                " cannot be written as one of " + std::to_string(width) + " x " +
+                                std::to_string(height) + " with " + std::to_string(channels) + " channels");
+}
+
+// OpenEXR's pool is shared by the whole program, so it only ever grows.
+int poolThreads(int threads) {
+  if (threads <= 1) return 0;
+  if (Imf::globalThreadCount() < threads) Imf::setGlobalThreadCount(threads);
+  return threads;
+}
+
+void encode(MemoryStream& stream, const Image& rgba, const std::vector<ExrChannel>& channels,
+            Imf::Header header, const ExrOptions& options) {
+  static const char* const kNames[] = {"R", "G", "B", "A"};
+  std::vector<half> halves;
+  if (options.half) halves.assign(rgba.data.begin(), rgba.data.end());
+  Imf::FrameBuffer frame;
+  for (int c = 0; c < 4; ++c) {
+    header.channels().insert(kNames[c], Imf::Channel(options.half ? Imf::HALF : Imf::FLOAT));
+    frame.insert(kNames[c], options.half ? halfSlice(halves, c, rgba.width) : floatSlice(rgba, c));
+  }
+  for (const ExrChannel& channel : channels) {
+    header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
+    frame.insert(channel.name, floatSlice(*channel.image, 0));
+  }
+  Imf::OutputFile file(stream, header, poolThreads(options.threads));
+  file.setFrameBuffer(frame);
+  file.writePixels(rgba.height);
+}
+
+}  // namespace
+
+void writeExr(const std::string& path, const Image& rgba, const std::vector<ExrChannel>& channels,
+              const Camera& camera, const Metadata& metadata, const ExrOptions& options) {
+  requireShape(path, rgba, rgba.width, rgba.height, 4);
+  if (rgba.channels != 4) requireShape(path, rgba, rgba.width, rgba.height, rgba.channels + 1);
+  for (const ExrChannel& channel : channels) requireShape(path, *channel.image, rgba.width, rgba.height, 1);
+  MemoryStream stream;
+  try {
+    encode(stream, rgba, channels, headerOf(rgba, camera, metadata, options), options);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw OutputError(path, std::string("cannot be encoded as EXR: ") + e.what());
+  }
+  writeFileAtomically(path, stream.bytes());
+}
+
+}  // namespace kairos
