@@ -1,4 +1,5 @@
-// How the commands of `kairos` hang together: each file adds one CLI11 subcommand whose callback stores what to run.
+// How the commands of `kairos` hang together: each file adds one CLI11 subcommand whose callback stores what
+// to run.
 #pragma once
 
 #include <functional>
@@ -14,10 +15,11 @@ namespace kairos {
 
 /// What every command gets from main.
 struct CommandContext {
-  StopFlag& stop;                 // set by Ctrl-C and SIGTERM
-  std::string commandLine;        // as typed, for image metadata
-  std::function<int()> run;       // set by the chosen command's callback; returns the exit code
-  std::string whenInterrupted;    // what to tell the user after Ctrl-C, for example how to go on; set by the command
+  StopFlag& stop;            // set by Ctrl-C and SIGTERM
+  std::string commandLine;   // as typed, for image metadata
+  std::function<int()> run;  // set by the chosen command's callback; returns the exit code
+  std::string
+      whenInterrupted;  // what to tell the user after Ctrl-C, for example how to go on; set by the command
 };
 
 void addDiffCommand(CLI::App& root, CommandContext& context);

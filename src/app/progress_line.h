@@ -1,4 +1,5 @@
-// One line of progress on stderr: a percentage, a rate and an ETA, redrawn in place; nothing where stderr is no terminal.
+// One line of progress on stderr: a percentage, a rate and an ETA, redrawn in place; nothing where stderr is
+// no terminal.
 #pragma once
 
 #include <chrono>

@@ -14,23 +14,22 @@ struct Affine {
 
   bool operator==(const Affine&) const = default;
 
-  static Affine scale(const Vec3d& s) {
-    return {{Vec3d{s.x, 0, 0}, Vec3d{0, s.y, 0}, Vec3d{0, 0, s.z}}, {}};
-  }
+  static Affine scale(const Vec3d& s) { return {{Vec3d{s.x, 0, 0}, Vec3d{0, s.y, 0}, Vec3d{0, 0, s.z}}, {}}; }
 
   Vec3d vector(const Vec3d& v) const { return column[0] * v.x + column[1] * v.y + column[2] * v.z; }
   Vec3d point(const Vec3d& p) const { return vector(p) + translation; }
   /// linear^T * v. A gradient in index space becomes one in world space by `inverse().transposedVector(g)`.
-  Vec3d transposedVector(const Vec3d& v) const { return {dot(column[0], v), dot(column[1], v), dot(column[2], v)}; }
+  Vec3d transposedVector(const Vec3d& v) const {
+    return {dot(column[0], v), dot(column[1], v), dot(column[2], v)};
+  }
 
   double determinant() const { return dot(column[0], cross(column[1], column[2])); }
-  /// Throws nothing; a singular map yields infinities, so check `determinant()` where a file provides the map.
+  /// Throws nothing; a singular map yields infinities, so check `determinant()` where a file provides the
+  /// map.
   Affine inverse() const;
 
   /// Shortest voxel edge in world units: the length that one unit of `--step` stands for.
-  double voxelSize() const {
-    return std::min({length(column[0]), length(column[1]), length(column[2])});
-  }
+  double voxelSize() const { return std::min({length(column[0]), length(column[1]), length(column[2])}); }
 };
 
 inline Affine Affine::inverse() const {

@@ -10,8 +10,8 @@
 
 namespace kairos {
 
-/// `push` waits while the queue is full, `pop` while it is empty. After `close`, `push` returns false and drops its
-/// item, and `pop` drains what is left, then returns nothing. Both ends may close.
+/// `push` waits while the queue is full, `pop` while it is empty. After `close`, `push` returns false and
+/// drops its item, and `pop` drains what is left, then returns nothing. Both ends may close.
 template <class T>
 class BoundedQueue {
  public:

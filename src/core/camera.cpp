@@ -22,7 +22,8 @@ void Camera::validate() const {
 RayGenerator::RayGenerator(const Camera& camera, int width, int height)
     : eye_(camera.eye), perspective_(camera.projection == Camera::Projection::perspective) {
   camera.validate();
-  if (width < 1 || height < 1) throw OptionError("--size", "expected a width and a height of at least 1 pixel");
+  if (width < 1 || height < 1)
+    throw OptionError("--size", "expected a width and a height of at least 1 pixel");
   forward_ = normalized(camera.target - camera.eye);
   right_ = normalized(cross(forward_, camera.up));
   up_ = cross(right_, forward_);
@@ -72,9 +73,11 @@ void forEachCorner(const ViewAxes& axes, const PointBox& box, F&& f) {
 
 }  // namespace
 
-Camera fittedCamera(const std::string& view, const PointBox& worldBox, double verticalFovDegrees, double aspect) {
+Camera fittedCamera(const std::string& view, const PointBox& worldBox, double verticalFovDegrees,
+                    double aspect) {
   const ViewAxes axes = namedView(view);
-  if (!(verticalFovDegrees > 0 && verticalFovDegrees < 180)) throw OptionError("--fov", "expected degrees in (0, 180)");
+  if (!(verticalFovDegrees > 0 && verticalFovDegrees < 180))
+    throw OptionError("--fov", "expected degrees in (0, 180)");
   const double tanY = std::tan(verticalFovDegrees * std::numbers::pi / 360), tanX = tanY * aspect;
   double distance = 0;
   forEachCorner(axes, worldBox, [&](double x, double y, double towardsEye) {

@@ -13,8 +13,9 @@ struct Ray {
   Vec3d origin, direction;
 };
 
-/// Perspective (vertical field of view) or orthographic (image height in world units). World space is right-handed;
-/// row 0 of the image is its top. An orthographic ray starts on the plane through `eye`: nothing behind it is seen.
+/// Perspective (vertical field of view) or orthographic (image height in world units). World space is
+/// right-handed; row 0 of the image is its top. An orthographic ray starts on the plane through `eye`:
+/// nothing behind it is seen.
 struct Camera {
   enum class Projection { perspective, orthographic };
 
@@ -25,8 +26,8 @@ struct Camera {
 
   bool operator==(const Camera&) const = default;
 
-  /// Throws OptionError when eye and target coincide, `up` is parallel to the view, or the field of view or the
-  /// image height is out of range.
+  /// Throws OptionError when eye and target coincide, `up` is parallel to the view, or the field of view or
+  /// the image height is out of range.
   void validate() const;
 };
 
@@ -42,22 +43,24 @@ class RayGenerator {
   Vec3d right() const { return right_; }
   Vec3d up() const { return up_; }
   Vec3d forward() const { return forward_; }
-  /// Offset of image position x (or y) from the image's centre, along right (or against up): on the plane at distance 1
-  /// (perspective) or in world units (orthographic).
+  /// Offset of image position x (or y) from the image's centre, along right (or against up): on the plane at
+  /// distance 1 (perspective) or in world units (orthographic).
   double offsetX(double x) const { return (x - centreX_) * pixel_; }
   double offsetY(double y) const { return (y - centreY_) * pixel_; }
 
  private:
   Vec3d eye_, right_, up_, forward_;
   bool perspective_;
-  double pixel_;  // edge of a pixel: on the plane at distance 1 (perspective) or in world units (orthographic)
+  double
+      pixel_;  // edge of a pixel: on the plane at distance 1 (perspective) or in world units (orthographic)
   double centreX_, centreY_;
 };
 
-/// A perspective camera that sees the whole of `worldBox` from the direction named by `view`: "x" looks from the
-/// +x side towards the box, "-x" from the -x side, likewise y and z; "iso" looks from the direction (1, -1.5, 0.8); z is up
-/// (y for the z views). Throws OptionError for another name.
-Camera fittedCamera(const std::string& view, const PointBox& worldBox, double verticalFovDegrees, double aspect);
+/// A perspective camera that sees the whole of `worldBox` from the direction named by `view`: "x" looks from
+/// the +x side towards the box, "-x" from the -x side, likewise y and z; "iso" looks from the direction (1,
+/// -1.5, 0.8); z is up (y for the z views). Throws OptionError for another name.
+Camera fittedCamera(const std::string& view, const PointBox& worldBox, double verticalFovDegrees,
+                    double aspect);
 
 /// The same view with an orthographic projection.
 Camera fittedOrthographicCamera(const std::string& view, const PointBox& worldBox, double aspect);

@@ -1,4 +1,5 @@
-// The formulas every renderer of the project shares: opacity correction, the over operator, early ray termination.
+// The formulas every renderer of the project shares: opacity correction, the over operator, early ray
+// termination.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +14,8 @@ inline double correctedOpacity(double alpha, double distanceInUnits) {
   return -std::expm1(distanceInUnits * std::log1p(-alpha));
 }
 
-/// Front-to-back over of premultiplied colours: `front` receives `back` behind it. The last of the `Channels` that
-/// composite like a colour may be anything premultiplied (a depth, for example); alpha is channel 3.
+/// Front-to-back over of premultiplied colours: `front` receives `back` behind it. The last of the `Channels`
+/// that composite like a colour may be anything premultiplied (a depth, for example); alpha is channel 3.
 /// Porter and Duff 1984. Never fused: the scalar oracle must not depend on the compiler.
 template <int Channels, class Real>
 inline void over(Real* front, const Real* back) {
@@ -22,11 +23,12 @@ inline void over(Real* front, const Real* back) {
   for (int c = 0; c < Channels; ++c) front[c] += transmittance * back[c];
 }
 
-/// Early ray termination without an edge. A ray ends once its transmittance is at or below `minimum`; on the way there,
-/// below twice that, what lies behind is faded out: it counts with weight(T) <= T instead of T, which is continuous and
-/// reaches zero at `minimum`. A hard stop would let the last bit of rounding decide whether a whole further segment
-/// counts, and two correct renderers would differ by `minimum`; so they differ by no more than their rounding.
-/// Opacity left out: at most 1.5 * minimum. Colour and alpha fade together, so constant colours stay exact.
+/// Early ray termination without an edge. A ray ends once its transmittance is at or below `minimum`; on the
+/// way there, below twice that, what lies behind is faded out: it counts with weight(T) <= T instead of T,
+/// which is continuous and reaches zero at `minimum`. A hard stop would let the last bit of rounding decide
+/// whether a whole further segment counts, and two correct renderers would differ by `minimum`; so they
+/// differ by no more than their rounding. Opacity left out: at most 1.5 * minimum. Colour and alpha fade
+/// together, so constant colours stay exact.
 template <class Real>
 struct EarlyTermination {
   Real minimum, slope;
@@ -42,8 +44,8 @@ struct EarlyTermination {
   }
 };
 
-/// Puts a segment's partial behind what a ray has gathered. `pixel` has Channels premultiplied values and, behind them, the
-/// ray's transmittance (1 at first). True when the ray has ended.
+/// Puts a segment's partial behind what a ray has gathered. `pixel` has Channels premultiplied values and,
+/// behind them, the ray's transmittance (1 at first). True when the ray has ended.
 template <int Channels, class Real>
 inline bool addBehind(const EarlyTermination<Real>& termination, Real* pixel, const Real* partial) {
   Real& transmittance = pixel[Channels];

@@ -15,18 +15,24 @@ enum class ElementType : uint8_t { u8, u16, f32 };
 constexpr std::string_view name(ElementType t) {
   return t == ElementType::u8 ? "u8" : t == ElementType::u16 ? "u16" : "f32";
 }
-constexpr int bytesPerVoxel(ElementType t) { return t == ElementType::u8 ? 1 : t == ElementType::u16 ? 2 : 4; }
+constexpr int bytesPerVoxel(ElementType t) {
+  return t == ElementType::u8 ? 1 : t == ElementType::u16 ? 2 : 4;
+}
 
 template <class T>
 constexpr ElementType elementTypeOf() {
   static_assert(std::is_same_v<T, uint8_t> || std::is_same_v<T, uint16_t> || std::is_same_v<T, float>);
-  return std::is_same_v<T, uint8_t> ? ElementType::u8 : std::is_same_v<T, uint16_t> ? ElementType::u16 : ElementType::f32;
+  return std::is_same_v<T, uint8_t>    ? ElementType::u8
+         : std::is_same_v<T, uint16_t> ? ElementType::u16
+                                       : ElementType::f32;
 }
 
 /// Voxel values of one element type. The alternative's index is the ElementType's value.
 using VoxelArray = std::variant<std::vector<uint8_t>, std::vector<uint16_t>, std::vector<float>>;
 
-inline ElementType elementType(const VoxelArray& a) { return ElementType(a.index()); }
+inline ElementType elementType(const VoxelArray& a) {
+  return ElementType(a.index());
+}
 inline VoxelArray makeVoxelArray(ElementType t) {
   if (t == ElementType::u8) return std::vector<uint8_t>{};
   if (t == ElementType::u16) return std::vector<uint16_t>{};
@@ -48,9 +54,12 @@ inline size_t size(const VoxelArray& a) {
 template <class F>
 decltype(auto) dispatch(ElementType t, F&& f) {
   switch (t) {
-    case ElementType::u8: return f.template operator()<uint8_t>();
-    case ElementType::u16: return f.template operator()<uint16_t>();
-    default: return f.template operator()<float>();
+    case ElementType::u8:
+      return f.template operator()<uint8_t>();
+    case ElementType::u16:
+      return f.template operator()<uint16_t>();
+    default:
+      return f.template operator()<float>();
   }
 }
 

@@ -15,7 +15,9 @@ struct Image {
   Image() = default;
   Image(int w, int h, int c) : width(w), height(h), channels(c), data(size_t(w) * size_t(h) * size_t(c)) {}
 
-  float* pixel(int x, int y) { return data.data() + (size_t(y) * size_t(width) + size_t(x)) * size_t(channels); }
+  float* pixel(int x, int y) {
+    return data.data() + (size_t(y) * size_t(width) + size_t(x)) * size_t(channels);
+  }
   const float* pixel(int x, int y) const {
     return data.data() + (size_t(y) * size_t(width) + size_t(x)) * size_t(channels);
   }

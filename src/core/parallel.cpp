@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <optional>
 
-// TBB is not built for ThreadSanitizer, which therefore cannot see that a loop's bodies run after what its caller did
-// before and before what it does afterwards.
+// TBB is not built for ThreadSanitizer, which therefore cannot see that a loop's bodies run after what its
+// caller did before and before what it does afterwards.
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
 #else
@@ -21,8 +21,8 @@ static void __tsan_release(void*) {}
 namespace kairos {
 
 struct ThreadPool::Arena {
-  // TBB caps its workers at the hardware's count unless told otherwise; `--threads 8` on two cores must mean eight. The
-  // smallest cap in force counts, so every pool that needs more asks for the same, plenty.
+  // TBB caps its workers at the hardware's count unless told otherwise; `--threads 8` on two cores must mean
+  // eight. The smallest cap in force counts, so every pool that needs more asks for the same, plenty.
   std::optional<tbb::global_control> limit;
   tbb::task_arena arena;
   explicit Arena(int threads) : arena(threads) {
@@ -33,7 +33,8 @@ struct ThreadPool::Arena {
 };
 
 ThreadPool::ThreadPool(int threads)
-    : threads_(threads > 0 ? threads : tbb::info::default_concurrency()), arena_(std::make_unique<Arena>(threads_)) {}
+    : threads_(threads > 0 ? threads : tbb::info::default_concurrency()),
+      arena_(std::make_unique<Arena>(threads_)) {}
 
 ThreadPool::~ThreadPool() = default;
 

@@ -6,7 +6,8 @@
 
 namespace kairos {
 
-/// Runs work inside an arena of `threads` threads (0: all hardware threads). Not copyable; cheap to pass by reference.
+/// Runs work inside an arena of `threads` threads (0: all hardware threads). Not copyable; cheap to pass by
+/// reference.
 class ThreadPool {
  public:
   explicit ThreadPool(int threads = 0);
@@ -16,8 +17,8 @@ class ThreadPool {
 
   int threads() const { return threads_; }
 
-  /// Calls body(begin, end) over disjoint parts of [0, count), each at most `grain` long; returns when all are done.
-  /// The first exception thrown by a body is rethrown here.
+  /// Calls body(begin, end) over disjoint parts of [0, count), each at most `grain` long; returns when all
+  /// are done. The first exception thrown by a body is rethrown here.
   void forEach(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body);
 
  private:

@@ -16,10 +16,12 @@ void checkSorted(const Points& points, const char* what) {
   if (points.empty()) throw OptionError("transfer function", std::string("no ") + what + " points");
   for (size_t i = 0; i < points.size(); ++i) {
     if (!std::isfinite(points[i].value))
-      throw OptionError("transfer function", std::string(what) + " point " + std::to_string(i) + " has no finite value");
+      throw OptionError("transfer function",
+                        std::string(what) + " point " + std::to_string(i) + " has no finite value");
     if (i > 0 && points[i].value < points[i - 1].value)
-      throw OptionError("transfer function", std::string(what) + " point " + std::to_string(i) + " at value " +
-                                                 std::to_string(points[i].value) + " comes before its predecessor");
+      throw OptionError("transfer function", std::string(what) + " point " + std::to_string(i) +
+                                                 " at value " + std::to_string(points[i].value) +
+                                                 " comes before its predecessor");
   }
 }
 
@@ -83,7 +85,8 @@ std::array<double, 4> premultiplied(const TransferFunction& tf, double value, do
   return {c.x, c.y, c.z, alpha};
 }
 
-std::vector<ClassificationTable::Node> tabulate(const TransferFunction& tf, ValueRange range, double distance, int n) {
+std::vector<ClassificationTable::Node> tabulate(const TransferFunction& tf, ValueRange range, double distance,
+                                                int n) {
   std::vector<ClassificationTable::Node> nodes;
   nodes.reserve(size_t(n) + 1);
   for (int i = 0; i < n; ++i) {
@@ -96,8 +99,8 @@ std::vector<ClassificationTable::Node> tabulate(const TransferFunction& tf, Valu
 }
 
 // Largest difference between the table and the function, at four places in every interval.
-double tableError(const std::vector<ClassificationTable::Node>& nodes, const TransferFunction& tf, ValueRange range,
-                  double distance) {
+double tableError(const std::vector<ClassificationTable::Node>& nodes, const TransferFunction& tf,
+                  ValueRange range, double distance) {
   const int n = int(nodes.size()) - 1;
   double worst = 0;
   for (int i = 0; i + 1 < n; ++i)
@@ -132,13 +135,16 @@ ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange 
   intervals_.push_back({});
   scale_ = range.hi > range.lo ? float((n - 1) / (double(range.hi) - range.lo)) : 0.0f;
   nextVisibleNode_.assign(size_t(n) + 1, n);
-  for (int i = n - 1; i >= 0; --i) nextVisibleNode_[size_t(i)] = nodes_[size_t(i)].a > 0 ? i : nextVisibleNode_[size_t(i) + 1];
+  for (int i = n - 1; i >= 0; --i)
+    nextVisibleNode_[size_t(i)] = nodes_[size_t(i)].a > 0 ? i : nextVisibleNode_[size_t(i) + 1];
   int last = n - 1;
   while (last >= 0 && nodes_[size_t(last)].a <= 0) --last;
   constexpr float inf = std::numeric_limits<float>::infinity();
   const int first = nextVisibleNode_[0];
   // Two nodes of slack: one because the table is interpolated, one for the kernel's rounding.
-  const auto valueAt = [&](int node) { return float(range.lo + (double(range.hi) - range.lo) * node / (n - 1)); };
+  const auto valueAt = [&](int node) {
+    return float(range.lo + (double(range.hi) - range.lo) * node / (n - 1));
+  };
   firstVisible_ = first == n ? inf : first <= 1 ? -inf : valueAt(first - 2);
   lastVisible_ = first == n ? -inf : last >= n - 2 ? inf : valueAt(last + 2);
 }

@@ -15,8 +15,9 @@ struct ValueRange {
   bool operator==(const ValueRange&) const = default;
 };
 
-/// A piecewise-linear function of the scalar. Points are sorted by value; two points of equal value make a step.
-/// Colour is linear and straight (not premultiplied); opacity is the opacity over one unit distance, in [0, 1].
+/// A piecewise-linear function of the scalar. Points are sorted by value; two points of equal value make a
+/// step. Colour is linear and straight (not premultiplied); opacity is the opacity over one unit distance, in
+/// [0, 1].
 class TransferFunction {
  public:
   struct ColourPoint {
@@ -28,7 +29,8 @@ class TransferFunction {
   };
 
   TransferFunction() = default;
-  /// Throws OptionError when either list is empty, unsorted, not finite, or out of [0, 1] (opacity) or below 0 (colour).
+  /// Throws OptionError when either list is empty, unsorted, not finite, or out of [0, 1] (opacity) or below
+  /// 0 (colour).
   TransferFunction(std::vector<ColourPoint> colours, std::vector<OpacityPoint> opacities);
 
   const std::vector<ColourPoint>& colourPoints() const { return colours_; }
@@ -46,9 +48,10 @@ class TransferFunction {
   std::vector<OpacityPoint> opacities_;
 };
 
-/// Classification of samples taken `distanceInUnits` unit distances apart: nodes of premultiplied, opacity-corrected
-/// linear RGBA, linear in between. This table *is* the transfer function of every renderer, the scalar oracle included.
-/// The node count is the smaller of 256 and 1024 that keeps every channel within 2e-3 of the function itself, else 4096.
+/// Classification of samples taken `distanceInUnits` unit distances apart: nodes of premultiplied,
+/// opacity-corrected linear RGBA, linear in between. This table *is* the transfer function of every renderer,
+/// the scalar oracle included. The node count is the smaller of 256 and 1024 that keeps every channel within
+/// 2e-3 of the function itself, else 4096.
 class ClassificationTable {
  public:
   ClassificationTable() = default;
@@ -65,7 +68,8 @@ class ClassificationTable {
 
   int nodeCount() const { return int(nodes_.size()) - 1; }  // one copy of the last node pads the end
   const Node* nodes() const { return nodes_.data(); }
-  /// nodeCount() entries; the last has slope 0. One more follows that classifies to nothing, for lanes without a sample.
+  /// nodeCount() entries; the last has slope 0. One more follows that classifies to nothing, for lanes
+  /// without a sample.
   const Interval* intervals() const { return intervals_.data(); }
   ValueRange range() const { return range_; }
   /// Table coordinate of a value is (value - range.lo) * scale(), clamped to [0, nodeCount - 1].
@@ -74,8 +78,9 @@ class ClassificationTable {
   float firstVisible() const { return firstVisible_; }
   float lastVisible() const { return lastVisible_; }
 
-  /// Does any value in [lo, hi] classify to a non-zero opacity? Exact for the table, widened by one node on each
-  /// side (as OSPRay's LinearTransferFunction does), so that rounding in a kernel can never make it wrong.
+  /// Does any value in [lo, hi] classify to a non-zero opacity? Exact for the table, widened by one node on
+  /// each side (as OSPRay's LinearTransferFunction does), so that rounding in a kernel can never make it
+  /// wrong.
   bool visible(float lo, float hi) const;
 
   template <class Real>
@@ -84,7 +89,8 @@ class ClassificationTable {
  private:
   std::vector<Node> nodes_;
   std::vector<Interval> intervals_;
-  std::vector<int> nextVisibleNode_;  // for each node the first node at or after it with a > 0; nodeCount if none
+  std::vector<int>
+      nextVisibleNode_;  // for each node the first node at or after it with a > 0; nodeCount if none
   ValueRange range_;
   float scale_ = 0, firstVisible_ = 0, lastVisible_ = 0;
 };

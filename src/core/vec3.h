@@ -39,8 +39,12 @@ template <class T>
 constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
-inline Vec3d normalized(const Vec3d& v) { return v * (1.0 / length(v)); }
+inline double length(const Vec3d& v) {
+  return std::sqrt(dot(v, v));
+}
+inline Vec3d normalized(const Vec3d& v) {
+  return v * (1.0 / length(v));
+}
 
 template <class T>
 constexpr Vec3<T> componentMin(const Vec3<T>& a, const Vec3<T>& b) {
@@ -57,7 +61,9 @@ constexpr std::strong_ordering compareZYX(const Vec3i& a, const Vec3i& b) {
   if (auto c = a.y <=> b.y; c != 0) return c;
   return a.x <=> b.x;
 }
-constexpr bool lessZYX(const Vec3i& a, const Vec3i& b) { return compareZYX(a, b) < 0; }
+constexpr bool lessZYX(const Vec3i& a, const Vec3i& b) {
+  return compareZYX(a, b) < 0;
+}
 
 /// Largest multiple of `step` that is <= v, also for negative v.
 constexpr int32_t floorToMultiple(int32_t v, int32_t step) {

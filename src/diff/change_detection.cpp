@@ -41,8 +41,10 @@ std::vector<LeafPair> pairLeaves(const Field& before, const Field& after) {
 
 template <class T>
 uint64_t bitsOf(T value) {
-  if constexpr (std::is_same_v<T, float>) return std::bit_cast<uint32_t>(value);
-  else return value;
+  if constexpr (std::is_same_v<T, float>)
+    return std::bit_cast<uint32_t>(value);
+  else
+    return value;
 }
 
 template <class T>
@@ -61,7 +63,8 @@ uint64_t compareLeaf(const T* before, const T* after, double tolerance, T backgr
     if (!hasChanged(before[i], after[i], tolerance)) continue;
     leaf.mask[size_t(i >> 6)] |= uint64_t(1) << (i & 63);
     const Vec3i v = leaf.origin + Vec3i{i & 7, (i >> 3) & 7, i >> 6};
-    checksum += voxelChecksum(v, bitsOf(after[i]), bitsOf(background)) - voxelChecksum(v, bitsOf(before[i]), bitsOf(background));
+    checksum += voxelChecksum(v, bitsOf(after[i]), bitsOf(background)) -
+                voxelChecksum(v, bitsOf(before[i]), bitsOf(background));
   }
   return checksum;
 }
@@ -75,7 +78,10 @@ template <class T>
 class Comparison {
  public:
   Comparison(const Field& before, const Field& after, double tolerance)
-      : before_(valuesAs<T>(before.values)), after_(valuesAs<T>(after.values)), tolerance_(tolerance), background_(T(before.background)) {
+      : before_(valuesAs<T>(before.values)),
+        after_(valuesAs<T>(after.values)),
+        tolerance_(tolerance),
+        background_(T(before.background)) {
     empty_.assign(kLeafVoxels, background_);
   }
 
@@ -87,8 +93,8 @@ class Comparison {
     pool.forEach(pairs.size(), kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         leaves[i].origin = pairs[i].origin;
-        checksums[i] = compareLeaf(valuesOf(before_, pairs[i].before), valuesOf(after_, pairs[i].after), tolerance_,
-                                   background_, leaves[i]);
+        checksums[i] = compareLeaf(valuesOf(before_, pairs[i].before), valuesOf(after_, pairs[i].after),
+                                   tolerance_, background_, leaves[i]);
       }
     });
     uint64_t checksum = 0, total = 0;
@@ -117,7 +123,8 @@ class Comparison {
   static void pack(const ChangedLeaf& leaf, const T* source, T* values) {
     T* out = values + leaf.first;
     for (int z = 0; z < 8; ++z)
-      for (uint64_t word = leaf.mask[size_t(z)]; word != 0; word &= word - 1) *out++ = source[z * 64 + std::countr_zero(word)];
+      for (uint64_t word = leaf.mask[size_t(z)]; word != 0; word &= word - 1)
+        *out++ = source[z * 64 + std::countr_zero(word)];
   }
 
   const std::vector<T>&before_, &after_;
@@ -131,7 +138,8 @@ class Comparison {
 ChangeDetector::ChangeDetector(Field first, double tolerance)
     : reconstruction_(std::move(first)), tolerance_(tolerance), state_(stateChecksum(reconstruction_)) {
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
-    throw OptionError("--tolerance", "found " + std::to_string(tolerance) + ", expected a finite number >= 0");
+    throw OptionError("--tolerance",
+                      "found " + std::to_string(tolerance) + ", expected a finite number >= 0");
 }
 
 ChangedVoxels ChangeDetector::advance(Field next, ThreadPool& pool) {
@@ -144,10 +152,14 @@ ChangedVoxels ChangeDetector::advance(Field next, ThreadPool& pool) {
   const std::vector<LeafPair> pairs = pairLeaves(reconstruction_, next);
   ChangedVoxels changes;
   changes.stateBefore = state_;
-  dispatch(next.type(), [&]<class T>() { state_ += Comparison<T>(reconstruction_, next, tolerance_).run(pairs, pool, changes); });
+  dispatch(next.type(), [&]<class T>() {
+    state_ += Comparison<T>(reconstruction_, next, tolerance_).run(pairs, pool, changes);
+  });
   changes.stateAfter = state_;
-  if (tolerance_ == 0) reconstruction_ = std::move(next);
-  else applyChanges(changes, reconstruction_);
+  if (tolerance_ == 0)
+    reconstruction_ = std::move(next);
+  else
+    applyChanges(changes, reconstruction_);
   return changes;
 }
 

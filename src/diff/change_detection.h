@@ -6,10 +6,11 @@
 
 namespace kairos {
 
-/// Compares each step with the *reconstructed* one before it and hands out the changed voxels (Shen and Johnson 1994).
-/// With tolerance 0 a voxel has changed when its bits differ (a NaN equals the same NaN). With a tolerance E > 0 it has
-/// changed when |new - reconstructed| > E, or when its bits differ and either is not finite; since the comparison is
-/// with what a reader will have rebuilt, the error stays <= E at every step of any chain (closed loop).
+/// Compares each step with the *reconstructed* one before it and hands out the changed voxels (Shen and
+/// Johnson 1994). With tolerance 0 a voxel has changed when its bits differ (a NaN equals the same NaN). With
+/// a tolerance E > 0 it has changed when |new - reconstructed| > E, or when its bits differ and either is not
+/// finite; since the comparison is with what a reader will have rebuilt, the error stays <= E at every step
+/// of any chain (closed loop).
 class ChangeDetector {
  public:
   /// Throws OptionError("--tolerance") for a negative or non-finite tolerance.

@@ -29,7 +29,8 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-// Interleaves the bits of x and y: neighbours on the image stay neighbours in time, so their bricks are still in cache.
+// Interleaves the bits of x and y: neighbours on the image stay neighbours in time, so their bricks are still
+// in cache.
 uint64_t mortonCode(uint32_t x, uint32_t y) {
   const auto spread = [](uint64_t v) {
     v = (v | v << 16) & 0x0000ffff0000ffffull;
@@ -53,11 +54,12 @@ std::vector<uint32_t> orderTiles(const ViewRays& view, RendererOptions::TileOrde
   return tiles;
 }
 
-// A tile is recast whole, without touching the cache, when this step touched at least so much of its visible samples:
-// filling the cache would cost more than it could save.
+// A tile is recast whole, without touching the cache, when this step touched at least so much of its visible
+// samples: filling the cache would cost more than it could save.
 constexpr double kRecastShare = 0.8;
 
-// Segment lists are kept while they are expected to take less than this; beyond it they are walked anew every frame.
+// Segment lists are kept while they are expected to take less than this; beyond it they are walked anew every
+// frame.
 constexpr uint64_t kMaxIndexSegments = uint64_t(1) << 27;
 
 }  // namespace
@@ -99,17 +101,18 @@ class DifferentialRenderer::Implementation {
   void collectDirtyTiles();
 
   std::unique_ptr<ViewRays> view_;
-  std::unique_ptr<SegmentIndex> index_;   // null: lists are walked anew every frame
-  std::unique_ptr<SegmentCache> cache_;   // null: method full, or no index
+  std::unique_ptr<SegmentIndex> index_;  // null: lists are walked anew every frame
+  std::unique_ptr<SegmentCache> cache_;  // null: method full, or no index
   std::unique_ptr<Occupancy> occupancy_;
   KernelScene scene_{};
   TileKernel kernel_ = nullptr;
   std::vector<uint32_t> tileOrder_, dirtyTiles_;
   std::vector<uint8_t> tileDirty_, visibleBefore_;
-  std::vector<uint32_t> tileReach_;       // how many of a tile's segments its last frame looked at
-  std::vector<float> pixels_;             // tile by tile, pixelPlanes x 16
+  std::vector<uint32_t> tileReach_;  // how many of a tile's segments its last frame looked at
+  std::vector<float> pixels_;        // tile by tile, pixelPlanes x 16
   std::atomic<uint64_t> tilesUncached_{0};
-  std::unique_ptr<ChangeDetector> detector_;  // follows the arrays shown; none after a field or changes from elsewhere
+  std::unique_ptr<ChangeDetector>
+      detector_;  // follows the arrays shown; none after a field or changes from elsewhere
   double detectorTolerance_ = 0;
 };
 
@@ -137,7 +140,8 @@ void DifferentialRenderer::Implementation::prepareView() {
     seesVolume_ = !index_->empty();
     if (options_.method == Method::segments) {
       index_->buildBrickIndex(*view_, *volume_, pool_);
-      cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(), options_.cacheMemory);
+      cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(),
+                                              options_.cacheMemory);
     }
   } else {
     for (int tile = 0; tile < view_->tileCount() && !seesVolume_; ++tile) {
@@ -175,9 +179,12 @@ void DifferentialRenderer::Implementation::renderWhole(const Field& field) {
   occupancy_ = std::make_unique<Occupancy>(settings_, table_);
   occupancy_->build(*volume_);
   scene_ = makeKernelScene(settings_, *volume_, table_, *occupancy_);
-  kernel_ = settings_.kernel == Kernel::general ? generalKernel(scene_, settings_.isa) : fastestKernel(scene_, settings_.isa);
+  kernel_ = settings_.kernel == Kernel::general ? generalKernel(scene_, settings_.isa)
+                                                : fastestKernel(scene_, settings_.isa);
   state_ = stateChecksum(field);
-  if (cache_) cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(), options_.cacheMemory);
+  if (cache_)
+    cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(),
+                                            options_.cacheMemory);
   statistics_.updateMs = clock.lap();
   castTiles(tileOrder_);
 }
@@ -185,8 +192,9 @@ void DifferentialRenderer::Implementation::renderWhole(const Field& field) {
 void DifferentialRenderer::Implementation::renderChanges(const ChangedVoxels& changes) {
   if (!occupancy_) throw StateError("changes were applied before any whole step was rendered");
   if (state_ && changes.stateBefore && *state_ != *changes.stateBefore)
-    throw StateError("the changes belong to another state of the volume than the one shown: their checksum before is " +
-                     std::to_string(*changes.stateBefore) + ", the volume's is " + std::to_string(*state_));
+    throw StateError(
+        "the changes belong to another state of the volume than the one shown: their checksum before is " +
+        std::to_string(*changes.stateBefore) + ", the volume's is " + std::to_string(*state_));
   Stopwatch clock;
   const DirtyBricks& dirty = volume_->apply(changes, pool_);
   statistics_ = {};
@@ -205,7 +213,8 @@ void DifferentialRenderer::Implementation::renderChanges(const ChangedVoxels& ch
 }
 
 // Flags the segments that read changed voxels of bricks that were or are visible, and their tiles.
-void DifferentialRenderer::Implementation::mark(const DirtyBricks& dirty, const std::vector<uint8_t>& visibleBefore) {
+void DifferentialRenderer::Implementation::mark(const DirtyBricks& dirty,
+                                                const std::vector<uint8_t>& visibleBefore) {
   std::atomic<uint64_t> marked{0};
   pool_.forEach(dirty.cells.size(), 16, [&](size_t begin, size_t end) {
     uint64_t count = 0;
@@ -239,12 +248,14 @@ void DifferentialRenderer::Implementation::clearTile(uint32_t tile) {
 }
 
 bool DifferentialRenderer::Implementation::blank(std::span<const Segment> segments) const {
-  return std::none_of(segments.begin(), segments.end(), [&](const Segment& s) { return occupancy_->visible(s.cell); });
+  return std::none_of(segments.begin(), segments.end(),
+                      [&](const Segment& s) { return occupancy_->visible(s.cell); });
 }
 
-// Decides whether a tile goes through the cache, and turns this step's marks into plain stale ones. What lay behind the end
-// of all rays in the last frame has no say: most likely it still does.
-bool DifferentialRenderer::Implementation::chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags) {
+// Decides whether a tile goes through the cache, and turns this step's marks into plain stale ones. What lay
+// behind the end of all rays in the last frame has no say: most likely it still does.
+bool DifferentialRenderer::Implementation::chooseCache(uint32_t tile, std::span<const Segment> segments,
+                                                       uint8_t* flags) {
   uint64_t visible = 0, touched = 0;
   for (size_t s = 0; s < segments.size(); ++s) {
     const bool touchedNow = flags[s] == SegmentCache::touched;
@@ -258,7 +269,8 @@ bool DifferentialRenderer::Implementation::chooseCache(uint32_t tile, std::span<
   return cache_->reserve(int(tile), segments.size());
 }
 
-void DifferentialRenderer::Implementation::castTile(uint32_t tile, std::vector<Segment>& listed, TileCounters& counters) {
+void DifferentialRenderer::Implementation::castTile(uint32_t tile, std::vector<Segment>& listed,
+                                                    TileCounters& counters) {
   TileRays rays;
   std::span<const Segment> segments;
   if (index_) {
@@ -277,8 +289,9 @@ void DifferentialRenderer::Implementation::castTile(uint32_t tile, std::vector<S
     listSegments(*view_, rays, volume_->gridSize(), listed);
     segments = listed;
   }
-  TileTask task{&rays, segments.data(), uint32_t(segments.size()), nullptr, nullptr,
-                pixels_.data() + size_t(tile) * size_t(settings_.pixelPlanes()) * kLanes};
+  TileTask task{
+      &rays,   segments.data(), uint32_t(segments.size()),
+      nullptr, nullptr,         pixels_.data() + size_t(tile) * size_t(settings_.pixelPlanes()) * kLanes};
   if (caching()) {
     const size_t first = index_->begin(int(tile));
     if (chooseCache(tile, segments, cache_->flags(first))) {
@@ -308,7 +321,8 @@ void DifferentialRenderer::Implementation::castTiles(const std::vector<uint32_t>
   statistics_.castMs = clock.lap();
   assemble(tiles);
   statistics_.composeMs = clock.lap();
-  statistics_.segmentsTotal = index_ ? index_->segmentCount() : total.segmentsComposited + total.segmentsSkipped;
+  statistics_.segmentsTotal =
+      index_ ? index_->segmentCount() : total.segmentsComposited + total.segmentsSkipped;
   statistics_.segmentsRecast = total.segmentsIntegrated;
   statistics_.samples = total.samples;
   statistics_.gradients = total.gradients;
@@ -329,8 +343,8 @@ void DifferentialRenderer::Implementation::assemble(const std::vector<uint32_t>&
       const int tile = int(tiles[i]), x = tile % view_->tilesX(), y = tile / view_->tilesX();
       if (settings_.mode != RenderMode::dvr) rays = view_->rays(tile);  // how many samples each ray has
       changedHere += writeTile(settings_, table_, rays, volume_->background(), x, y,
-                               pixels_.data() + size_t(tile) * size_t(settings_.pixelPlanes()) * kLanes, image_,
-                               settings_.depth ? &depth_ : nullptr);
+                               pixels_.data() + size_t(tile) * size_t(settings_.pixelPlanes()) * kLanes,
+                               image_, settings_.depth ? &depth_ : nullptr);
       recastHere += uint64_t(std::min(kTileEdge, settings_.width - x * kTileEdge)) *
                     uint64_t(std::min(kTileEdge, settings_.height - y * kTileEdge));
     }
@@ -344,8 +358,8 @@ void DifferentialRenderer::Implementation::assemble(const std::vector<uint32_t>&
 template <class T>
 const Image& DifferentialRenderer::Implementation::render(const T* values, double tolerance) {
   if (elementTypeOf<T>() != lattice_.type)
-    throw StateError("the array holds " + std::string(name(elementTypeOf<T>())) + " values, the lattice says " +
-                     std::string(name(lattice_.type)));
+    throw StateError("the array holds " + std::string(name(elementTypeOf<T>())) +
+                     " values, the lattice says " + std::string(name(lattice_.type)));
   Field field = fieldFromDense(values, lattice_.domain.size(), T(lattice_.background), lattice_.domain.lo);
   if (!detector_ || tolerance != detectorTolerance_) {
     auto detector = std::make_unique<ChangeDetector>(field, tolerance);
@@ -359,17 +373,22 @@ const Image& DifferentialRenderer::Implementation::render(const T* values, doubl
 }
 
 uint64_t DifferentialRenderer::Implementation::memoryBytes() const {
-  return (volume_ ? volume_->memoryBytes() : 0) + (index_ ? index_->memoryBytes() : 0) + (cache_ ? cache_->bytes() : 0) +
-         pixels_.size() * sizeof(float);
+  return (volume_ ? volume_->memoryBytes() : 0) + (index_ ? index_->memoryBytes() : 0) +
+         (cache_ ? cache_->bytes() : 0) + pixels_.size() * sizeof(float);
 }
 
-DifferentialRenderer::DifferentialRenderer(const Lattice& lattice, const RenderSettings& settings, const RendererOptions& options)
+DifferentialRenderer::DifferentialRenderer(const Lattice& lattice, const RenderSettings& settings,
+                                           const RendererOptions& options)
     : impl_(std::make_unique<Implementation>(lattice, settings, options)) {}
 DifferentialRenderer::~DifferentialRenderer() = default;
 DifferentialRenderer::DifferentialRenderer(DifferentialRenderer&&) noexcept = default;
 
-const Image& DifferentialRenderer::start(const Field& field) { return impl_->start(field); }
-const Image& DifferentialRenderer::update(const ChangedVoxels& changes) { return impl_->update(changes); }
+const Image& DifferentialRenderer::start(const Field& field) {
+  return impl_->start(field);
+}
+const Image& DifferentialRenderer::update(const ChangedVoxels& changes) {
+  return impl_->update(changes);
+}
 template <class T>
 const Image& DifferentialRenderer::render(const T* values, double tolerance) {
   return impl_->render(values, tolerance);
@@ -378,12 +397,26 @@ template const Image& DifferentialRenderer::render(const uint8_t*, double);
 template const Image& DifferentialRenderer::render(const uint16_t*, double);
 template const Image& DifferentialRenderer::render(const float*, double);
 
-const Image& DifferentialRenderer::image() const { return impl_->image_; }
-const Image& DifferentialRenderer::depth() const { return impl_->depth_; }
-const FrameStatistics& DifferentialRenderer::statistics() const { return impl_->statistics_; }
-bool DifferentialRenderer::seesVolume() const { return impl_->seesVolume_; }
-std::optional<uint64_t> DifferentialRenderer::state() const { return impl_->state_; }
-uint64_t DifferentialRenderer::memoryBytes() const { return impl_->memoryBytes(); }
-const BrickVolume& DifferentialRenderer::volume() const { return *impl_->volume_; }
+const Image& DifferentialRenderer::image() const {
+  return impl_->image_;
+}
+const Image& DifferentialRenderer::depth() const {
+  return impl_->depth_;
+}
+const FrameStatistics& DifferentialRenderer::statistics() const {
+  return impl_->statistics_;
+}
+bool DifferentialRenderer::seesVolume() const {
+  return impl_->seesVolume_;
+}
+std::optional<uint64_t> DifferentialRenderer::state() const {
+  return impl_->state_;
+}
+uint64_t DifferentialRenderer::memoryBytes() const {
+  return impl_->memoryBytes();
+}
+const BrickVolume& DifferentialRenderer::volume() const {
+  return *impl_->volume_;
+}
 
 }  // namespace kairos

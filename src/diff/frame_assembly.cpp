@@ -27,21 +27,23 @@ int writeWholeTile(int tileX, int tileY, const float* pixels, Image& rgba) {
 }
 
 // The colour of one lane's pixel.
-std::array<float, 4> colourOf(const RenderSettings& settings, const ClassificationTable& table, const TileRays& rays,
-                              double background, const float* pixels, int lane) {
+std::array<float, 4> colourOf(const RenderSettings& settings, const ClassificationTable& table,
+                              const TileRays& rays, double background, const float* pixels, int lane) {
   if (settings.mode == RenderMode::dvr)
     return {pixels[lane], pixels[kLanes + lane], pixels[2 * kLanes + lane], pixels[3 * kLanes + lane]};
   const int32_t samples = rays.kEnd[lane] - rays.kBegin[lane];
   if (samples <= 0) return {};
-  const float value = settings.mode == RenderMode::mip ? pixels[lane] : float(background) + pixels[lane] / float(samples);
+  const float value =
+      settings.mode == RenderMode::mip ? pixels[lane] : float(background) + pixels[lane] / float(samples);
   return table.classify(value);
 }
 
 }  // namespace
 
-int writeTile(const RenderSettings& settings, const ClassificationTable& table, const TileRays& rays, double background,
-              int tileX, int tileY, const float* pixels, Image& rgba, Image* depth) {
-  if (settings.mode == RenderMode::dvr && !depth && (tileX + 1) * kTileEdge <= rgba.width && (tileY + 1) * kTileEdge <= rgba.height)
+int writeTile(const RenderSettings& settings, const ClassificationTable& table, const TileRays& rays,
+              double background, int tileX, int tileY, const float* pixels, Image& rgba, Image* depth) {
+  if (settings.mode == RenderMode::dvr && !depth && (tileX + 1) * kTileEdge <= rgba.width &&
+      (tileY + 1) * kTileEdge <= rgba.height)
     return writeWholeTile(tileX, tileY, pixels, rgba);
   int changed = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -55,7 +57,8 @@ int writeTile(const RenderSettings& settings, const ClassificationTable& table, 
     }
     if (depth) {
       const float alpha = colour[3];
-      *depth->pixel(x, y) = alpha > 0 ? pixels[4 * kLanes + lane] / alpha : std::numeric_limits<float>::infinity();
+      *depth->pixel(x, y) =
+          alpha > 0 ? pixels[4 * kLanes + lane] / alpha : std::numeric_limits<float>::infinity();
     }
   }
   return changed;

@@ -21,7 +21,8 @@ SegmentCache::SegmentCache(const SegmentIndex& index, int tileCount, int channel
     : stride_(size_t(channels) * kLanes), limit_(limitBytes) {
   const size_t bytes = kPage + index.segmentCount() * stride_ * sizeof(float);
   // Address space only: pages come when first written, and never count where they are not.
-  void* base = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  void* base =
+      mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (base == MAP_FAILED) throw std::bad_alloc();
   *static_cast<size_t*>(base) = bytes;
   partials_.reset(reinterpret_cast<float*>(static_cast<char*>(base) + kPage));

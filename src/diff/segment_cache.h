@@ -12,9 +12,9 @@
 
 namespace kairos {
 
-/// Partials stand at a fixed place per segment in memory that the operating system provides page by page as it is first
-/// written, so invisible segments cost none. A tile is either cached (its segments' fresh partials are valid) or not;
-/// it becomes cached only while the total stays within the limit.
+/// Partials stand at a fixed place per segment in memory that the operating system provides page by page as
+/// it is first written, so invisible segments cost none. A tile is either cached (its segments' fresh
+/// partials are valid) or not; it becomes cached only while the total stays within the limit.
 class SegmentCache {
  public:
   enum Flag : uint8_t {
@@ -28,7 +28,8 @@ class SegmentCache {
   float* partials(size_t firstSegment) const { return partials_.get() + firstSegment * stride_; }
   uint8_t* flags(size_t firstSegment) { return flags_.data() + firstSegment; }
 
-  /// Marks one segment; true when it was not touched before in this step. Different segments may be marked at once.
+  /// Marks one segment; true when it was not touched before in this step. Different segments may be marked at
+  /// once.
   bool touch(size_t segment) {
     const bool first = flags_[segment] != touched;
     flags_[segment] = touched;

@@ -1,4 +1,4 @@
-// Image files: EXR written with OpenEXR, everything else and all reading through OpenImageIO.
+// Image files: EXR through OpenEXR, PNG through libpng.
 #pragma once
 
 #include <map>
@@ -14,10 +14,10 @@ namespace kairos {
 enum class ExrCompression { none, zips, zip, piz };
 
 struct ExrOptions {
-  bool half = true;                 // 16-bit float RGBA; AOVs are always 32-bit float
+  bool half = true;  // 16-bit float RGBA; AOVs are always 32-bit float
   ExrCompression compression = ExrCompression::zip;
   double framesPerSecond = 25;
-  int threads = 1;                  // of OpenEXR's own pool
+  int threads = 1;  // of OpenEXR's own pool
 };
 
 /// A single-channel image beside the colour, written as an EXR channel of that name ("Z" for depth).
@@ -29,24 +29,25 @@ struct ExrChannel {
 using MetadataValue = std::variant<std::string, int, float, double>;
 using Metadata = std::map<std::string, MetadataValue>;
 
-/// Writes premultiplied linear RGBA (and further channels), atomically: beside its final name, then renamed. Sets the
-/// standard attributes worldToCamera, worldToNDC, framesPerSecond; `metadata` holds "comments" and "kairos:*" entries.
-/// Throws OutputError; nothing is left behind.
-void writeExr(const std::string& path, const Image& rgba, const std::vector<ExrChannel>& channels, const Camera& camera,
-              const Metadata& metadata, const ExrOptions& options);
+/// Writes premultiplied linear RGBA (and further channels), atomically: beside its final name, then renamed.
+/// Sets the standard attributes worldToCamera, worldToNDC, framesPerSecond; `metadata` holds "comments" and
+/// "kairos:*" entries. Throws OutputError; nothing is left behind.
+void writeExr(const std::string& path, const Image& rgba, const std::vector<ExrChannel>& channels,
+              const Camera& camera, const Metadata& metadata, const ExrOptions& options);
 
-/// Writes an 8-bit sRGB PNG of the image over black (premultiplied colour as is, opaque). Atomic; throws OutputError.
+/// Writes an 8-bit sRGB PNG of the image over black (premultiplied colour as is, opaque). Atomic; throws
+/// OutputError.
 void writePng(const std::string& path, const Image& rgba);
 
-/// Reads any image OpenImageIO can as linear float RGBA (EXR channels R, G, B, A; 8-bit formats are taken as sRGB with
-/// premultiplied result). Throws InputError.
+/// Reads an EXR (channels R, G, B, A, or Y; a missing A is 1) or a PNG (taken as straight sRGB) as
+/// premultiplied linear RGBA. Throws InputError.
 Image readImage(const std::string& path);
 
-/// String, int and float attributes of an image file's header. Throws InputError.
+/// String, int, float and double attributes of an EXR file's header. Throws InputError.
 Metadata readMetadata(const std::string& path);
 
-/// Can this output be produced? Checks the extension (.exr), the `####`/`%04d` pattern and the directory before anything is loaded.
-/// Throws OptionError or OutputError.
+/// Can this output be produced? Checks the extension (.exr), the `####`/`%04d` pattern and the directory
+/// before anything is loaded. Throws OptionError or OutputError.
 void checkOutputPattern(const std::string& pattern);
 
 /// Replaces the run of `#` (or `%04d`) in `pattern` by the step number, zero-padded to its length.

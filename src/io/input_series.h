@@ -19,27 +19,28 @@ struct RawFormat {
 };
 
 struct InputOptions {
-  std::string grid;               // OpenVDB grid name; empty: the only sensible one
-  std::optional<RawFormat> raw;   // required for raw files, refused for .vdb files
+  std::string grid;              // OpenVDB grid name; empty: the only sensible one
+  std::optional<RawFormat> raw;  // required for raw files, refused for .vdb files
 };
 
-/// Expands INPUT arguments (files, directories, globs, `####` and `%04d` patterns) to files in natural order with the
-/// time step of each: the last run of digits in its file name, or its position where there is none in every name or
-/// two files share one. Throws InputError when nothing matches or a file does not exist.
+/// Expands INPUT arguments (files, directories, globs, `####` and `%04d` patterns) to files in natural order
+/// with the time step of each: the last run of digits in its file name, or its position where there is none
+/// in every name or two files share one. Throws InputError when nothing matches or a file does not exist.
 struct StepFile {
   std::string path;
   int64_t step;
 };
 std::vector<StepFile> findStepFiles(const std::vector<std::string>& inputs);
 
-/// All steps of one series. Opening reads headers and metadata only, unless a .vdb file lacks the bounding box there.
-/// Every step must share element type, transform and background; the InputError says which step breaks it and how.
-/// `read` is safe to call from several threads.
+/// All steps of one series. Opening reads headers and metadata only, unless a .vdb file lacks the bounding
+/// box there. Every step must share element type, transform and background; the InputError says which step
+/// breaks it and how. `read` is safe to call from several threads.
 class InputSeries {
  public:
   virtual ~InputSeries() = default;
 
-  static std::unique_ptr<InputSeries> open(const std::vector<std::string>& inputs, const InputOptions& options);
+  static std::unique_ptr<InputSeries> open(const std::vector<std::string>& inputs,
+                                           const InputOptions& options);
 
   const Lattice& lattice() const { return lattice_; }
   const std::vector<StepFile>& steps() const { return steps_; }

@@ -19,27 +19,27 @@ namespace kairos {
 /// One step of the manifest.
 struct SequenceStep {
   int64_t step = 0;
-  bool key = false;                // key.NNNN.vdb exists
-  bool differential = false;       // diff.NNNN.vdb exists (all steps but the first)
-  uint64_t changedVoxels = 0;      // 0 for the first step
-  uint64_t activeVoxels = 0;       // voxels that differ from the background
-  uint64_t bytes = 0;              // size of its files
+  bool key = false;            // key.NNNN.vdb exists
+  bool differential = false;   // diff.NNNN.vdb exists (all steps but the first)
+  uint64_t changedVoxels = 0;  // 0 for the first step
+  uint64_t activeVoxels = 0;   // voxels that differ from the background
+  uint64_t bytes = 0;          // size of its files
   uint64_t keyBytes = 0, differentialBytes = 0;
   uint64_t keyHash = 0, differentialHash = 0;  // XXH64 of the whole files: checked before they are parsed
   uint64_t stateChecksum = 0;
-  ValueRange range;                // finite values of the step, background included
-  int64_t nonFinite = 0;           // NaN and infinite voxels
+  ValueRange range;       // finite values of the step, background included
+  int64_t nonFinite = 0;  // NaN and infinite voxels
 };
 
 /// Contents of sequence.json.
 struct SequenceManifest {
   Lattice lattice;
-  std::string gridName;            // of the simulation's files and of the sequence's
+  std::string gridName;  // of the simulation's files and of the sequence's
   double tolerance = 0;
-  int keyEvery = 0;                // 0: only the first step
-  std::vector<std::string> inputs; // the simulation's file names, without their directories
+  int keyEvery = 0;                 // 0: only the first step
+  std::vector<std::string> inputs;  // the simulation's file names, without their directories
   std::vector<SequenceStep> steps;
-  bool complete = false;           // false while the static phase has steps to go
+  bool complete = false;  // false while the static phase has steps to go
 
   /// Over all steps.
   ValueRange range() const;
@@ -50,18 +50,20 @@ SequenceManifest readManifest(const std::string& directory);
 /// Is `path` a directory that holds a sequence.json?
 bool isSequence(const std::string& path);
 
-/// Writes the steps of a sequence in order; the manifest is renewed after each, so an interrupted run resumes.
-/// Every file is written beside its final name and renamed; a failed write leaves nothing behind. Throws OutputError.
+/// Writes the steps of a sequence in order; the manifest is renewed after each, so an interrupted run
+/// resumes. Every file is written beside its final name and renamed; a failed write leaves nothing behind.
+/// Throws OutputError.
 class SequenceWriter {
  public:
-  /// Creates the directory if needed. With a manifest of an interrupted run there whose lattice, grid, inputs, tolerance
-  /// and keyEvery agree, goes on after its last step (`manifest().steps`); with one that differs, a finished or a
-  /// damaged one, throws OutputError saying so. With `overwrite` it always starts afresh and removes the old files.
+  /// Creates the directory if needed. With a manifest of an interrupted run there whose lattice, grid,
+  /// inputs, tolerance and keyEvery agree, goes on after its last step (`manifest().steps`); with one that
+  /// differs, a finished or a damaged one, throws OutputError saying so. With `overwrite` it always starts
+  /// afresh and removes the old files.
   SequenceWriter(std::string directory, SequenceManifest manifest, bool overwrite);
 
   const SequenceManifest& manifest() const { return manifest_; }
-  /// `key`, `differential` and everything about the files is filled in here. `changes` is null for the first step; `key` is null
-  /// where no key frame is due.
+  /// `key`, `differential` and everything about the files is filled in here. `changes` is null for the first
+  /// step; `key` is null where no key frame is due.
   void write(SequenceStep entry, const Field* key, const ChangedVoxels* changes);
   void finish();
 
@@ -81,8 +83,9 @@ class SequenceReader {
 
   /// The field of key frame `index`, its checksum verified.
   Field readKey(size_t index) const;
-  /// The changed voxels that lead from step index - 1 to step index, their content verified and stateBefore/stateAfter
-  /// set from the file and compared with the manifest. Throws InputError or StateError.
+  /// The changed voxels that lead from step index - 1 to step index, their content verified and
+  /// stateBefore/stateAfter set from the file and compared with the manifest. Throws InputError or
+  /// StateError.
   ChangedVoxels readChanges(size_t index) const;
   /// Any step: the nearest key frame at or before it, then the differential files from there.
   Field readStep(size_t index) const;

@@ -5,7 +5,6 @@
 #include <cctype>
 #include <filesystem>
 #include <optional>
-#include <regex>
 #include <set>
 
 #include "core/error.h"
@@ -99,63 +98,92 @@ std::vector<Candidate> filesOfDirectory(const std::string& directory) {
   return vdb.empty() ? raw : vdb;
 }
 
-// A pattern with `####` or `%04d` as a glob, and as a regular expression whose groups capture the step.
-struct StepPattern {
-  std::string glob, regex;
-  bool hasPlace = false;
-
+// A pattern with `####` or `%04d` for the time step; `*` and `?` have their usual meaning beside it.
+class StepPattern {
+ public:
   explicit StepPattern(const std::string& pattern) {
-    for (size_t i = 0; i < pattern.size();) i = place(pattern, i);
+    for (size_t i = 0; i < pattern.size();) i = addToken(pattern, i);
+  }
+
+  bool hasPlace() const { return hasPlace_; }
+  /// A glob that matches at least the files meant.
+  const std::string& glob() const { return glob_; }
+  /// The digits of the last place when `path` matches, else nothing.
+  std::optional<std::string> digitsOf(const std::string& path) const {
+    std::string digits;
+    if (!matches(0, path, 0, digits)) return std::nullopt;
+    return digits;
   }
 
  private:
-  size_t place(const std::string& pattern, size_t i) {
+  struct Token {
+    enum Kind { literal, anyCharacter, anyRun, place } kind;
+    char character = 0;
+    size_t width = 0;
+  };
+
+  size_t addToken(const std::string& pattern, size_t i) {
     if (pattern[i] == '#') {
       const size_t end = std::min(pattern.find_first_not_of('#', i), pattern.size());
-      addPlace(int(end - i));
+      addPlace(end - i);
       return end;
     }
     if (pattern[i] == '%') {
       size_t end = i + 1;
       while (end < pattern.size() && isDigit(pattern[end])) ++end;
       if (end < pattern.size() && pattern[end] == 'd' && end - i <= 3) {
-        addPlace(end > i + 1 ? std::stoi(pattern.substr(i + 1, end - i - 1)) : 1);
+        addPlace(end > i + 1 ? std::stoul(pattern.substr(i + 1, end - i - 1)) : 1);
         return end + 1;
       }
     }
-    addCharacter(pattern[i]);
+    const char c = pattern[i];
+    glob_ += c;
+    tokens_.push_back({c == '*' ? Token::anyRun : c == '?' ? Token::anyCharacter : Token::literal, c});
     return i + 1;
   }
 
-  // At least `width` digits; more only for numbers that do not fit into them.
-  void addPlace(int width) {
-    hasPlace = true;
-    glob += "[0-9]*";
-    const std::string w = std::to_string(width);
-    regex += "([0-9]{" + w + "}|[1-9][0-9]{" + w + ",})";
+  void addPlace(size_t width) {
+    hasPlace_ = true;
+    glob_ += "[0-9]*";
+    tokens_.push_back({Token::place, 0, std::max<size_t>(width, 1)});
   }
 
-  void addCharacter(char c) {
-    glob += c;
-    if (c == '*')
-      regex += "[^/]*";
-    else if (c == '?')
-      regex += "[^/]";
-    else if (std::isalnum(static_cast<unsigned char>(c)) || c == '/' || c == '_')
-      regex += c;
-    else
-      (regex += '\\') += c;
+  bool matches(size_t t, const std::string& path, size_t at, std::string& digits) const {
+    if (t == tokens_.size()) return at == path.size();
+    const Token& token = tokens_[t];
+    if (token.kind == Token::anyRun) {
+      for (size_t end = at; !matches(t + 1, path, end, digits); ++end)
+        if (end >= path.size() || path[end] == '/') return false;
+      return true;
+    }
+    if (token.kind == Token::place) return matchesPlace(t, path, at, digits);
+    const bool fits =
+        at < path.size() && (token.kind == Token::literal ? path[at] == token.character : path[at] != '/');
+    return fits && matches(t + 1, path, at + 1, digits);
   }
+
+  // At least the width's digits; more only for numbers that do not fit into it.
+  bool matchesPlace(size_t t, const std::string& path, size_t at, std::string& digits) const {
+    const size_t width = tokens_[t].width;
+    for (size_t n = 0; at + n < path.size() && isDigit(path[at + n]);) {
+      ++n;
+      if (n < width || (n > width && path[at] == '0') || !matches(t + 1, path, at + n, digits)) continue;
+      if (digits.empty()) digits = path.substr(at, n);  // places to the right were filled first
+      return true;
+    }
+    return false;
+  }
+
+  std::vector<Token> tokens_;
+  std::string glob_;
+  bool hasPlace_ = false;
 };
 
 std::vector<Candidate> filesOfPattern(const std::string& input, const StepPattern& pattern) {
-  const std::regex expression(pattern.regex);
   std::vector<Candidate> files;
-  for (const std::string& path : expandGlob(pattern.glob)) {
-    std::smatch match;
-    if (std::regex_match(path, match, expression) && fs::is_regular_file(path))
-      files.push_back({path, numberOf(match[match.size() - 1])});
-  }
+  for (const std::string& path : expandGlob(pattern.glob()))
+    if (const auto digits = pattern.digitsOf(path); digits && fs::is_regular_file(path))
+      files.push_back({path, numberOf(*digits)});
   if (files.empty()) throw InputError(input, "no file matches this pattern");
   return files;
 }
@@ -178,7 +206,7 @@ std::vector<Candidate> filesOf(const std::string& input) {
     return {{input, stepOfName(input)}};
   }
   const StepPattern pattern(input);
-  if (pattern.hasPlace) return filesOfPattern(input, pattern);
+  if (pattern.hasPlace()) return filesOfPattern(input, pattern);
   if (input.find_first_of("*?[") != std::string::npos) return filesOfGlob(input);
   throw InputError(input, "no such file or directory");
 }

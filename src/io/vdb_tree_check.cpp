@@ -1,4 +1,7 @@
 // Walks the bytes of a tree the way OpenVDB reads them (format 222 to 224, trees of configuration 5-4-3).
+#include <blosc.h>
+#include <zlib.h>
+
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -94,6 +97,7 @@ class TreeWalker {
 
   // OpenVDB keeps the root's children in a map, and reads the buffers in its order rather than the file's.
   void walkBuffers() {
+    inTopology_ = false;
     const auto key = [](const Root& r) { return std::tuple(r.origin.x, r.origin.y, r.origin.z); };
     std::sort(roots_.begin(), roots_.end(), [&](const Root& a, const Root& b) { return key(a) < key(b); });
     for (size_t i = 0; i < roots_.size(); ++i) {
@@ -131,12 +135,28 @@ class TreeWalker {
       return in_.skip(uint64_t(bytes));
     }
     if (uint64_t(size) > in_.remaining()) damaged("a block that reaches beyond the end of the file");
-    if (grid_.compression & kBlosc) return bloscChunk(bytes, size);
-    in_.skip(uint64_t(size));
+    if (grid_.compression & kBlosc) checkBloscHeader(bytes, size);
+    if (!inTopology_) return in_.skip(uint64_t(size));
+    // OpenVDB loses the nodes it has made so far when a block of the topology turns out to be damaged. Blocks
+    // of leaves, which are nearly all of the file, may be left to it.
+    compressed_.resize(size_t(size));
+    in_.read(compressed_.data(), compressed_.size());
+    if (!decodes(bytes)) damaged("a block that cannot be decompressed");
+  }
+
+  // Does `compressed_` hold this many bytes?
+  bool decodes(int64_t bytes) {
+    decoded_.resize(size_t(std::max<int64_t>(bytes, 1)));
+    if (grid_.compression & kBlosc)
+      return blosc_decompress_ctx(compressed_.data(), decoded_.data(), size_t(bytes), 1) == bytes;
+    uLongf length = uLongf(bytes);
+    return uncompress(decoded_.data(), &length, reinterpret_cast<const Bytef*>(compressed_.data()),
+                      uLong(compressed_.size())) == Z_OK &&
+           int64_t(length) == bytes;
   }
 
   // Blosc believes the sizes in its header, which must therefore agree with those around it.
-  void bloscChunk(int64_t bytes, int64_t size) {
+  void checkBloscHeader(int64_t bytes, int64_t size) {
     struct Header {
       uint8_t version, codecVersion, flags, typeSize;
       int32_t bytes, blockSize, compressedBytes;
@@ -146,7 +166,7 @@ class TreeWalker {
     if (h.bytes != bytes || h.compressedBytes != size || h.typeSize == 0 || (bytes > 0 && h.blockSize <= 0) ||
         h.blockSize > std::max<int64_t>(bytes, 1))
       damaged("a block whose sizes contradict each other");
-    in_.skip(uint64_t(size) - sizeof(Header));
+    in_.seek(in_.position() - sizeof(Header));
   }
 
   static constexpr uint64_t kLeafMaskBytes = 64;
@@ -157,6 +177,9 @@ class TreeWalker {
   std::vector<Root> roots_;
   std::vector<Vec3i> leaves_;
   std::vector<uint64_t> mask_;
+  bool inTopology_ = true;
+  std::vector<char> compressed_;
+  std::vector<Bytef> decoded_;
 };
 
 }  // namespace

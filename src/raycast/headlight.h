@@ -3,10 +3,11 @@
 
 namespace kairos {
 
-/// With g the world-space gradient, d the ray's direction and n.l = |g.d| / sqrt(|g|^2 + g0^2), a colour c of opacity
-/// a becomes  c * ((1 - w) + w * ambient + diffuse * n.l) + a * specular * (n.l)^16,  w = |g|^2 / (|g|^2 + g0^2).
-/// Both sides of a surface are lit. Where the field is flat (|g| << g0) there is no surface, and the colour stays as it
-/// is instead of following the noise of a vanishing gradient. (Levoy 1988, with a headlight.)
+/// With g the world-space gradient, d the ray's direction and n.l = |g.d| / sqrt(|g|^2 + g0^2), a colour c of
+/// opacity a becomes  c * ((1 - w) + w * ambient + diffuse * n.l) + a * specular * (n.l)^16,  w = |g|^2 /
+/// (|g|^2 + g0^2). Both sides of a surface are lit. Where the field is flat (|g| << g0) there is no surface,
+/// and the colour stays as it is instead of following the noise of a vanishing gradient. (Levoy 1988, with a
+/// headlight.)
 struct Headlight {
   static constexpr float kAmbient = 0.4f, kDiffuse = 0.6f, kSpecular = 0.15f;
   /// g0 as a fraction of the classified range per voxel.

@@ -15,7 +15,8 @@
 #include "raycast/headlight.h"
 #include "raycast/tile_kernel.h"
 
-// Highway's one-lane fallback has no blocks to shuffle; a machine without SSE4 takes the scalar caster instead.
+// Highway's one-lane fallback has no blocks to shuffle; a machine without SSE4 takes the scalar caster
+// instead.
 #if HWY_TARGET != HWY_SCALAR
 
 HWY_BEFORE_NAMESPACE();
@@ -32,14 +33,17 @@ using MF = hn::Mask<DF>;
 constexpr size_t kPart = hn::MaxLanes(DF());
 static_assert(kLanes % kPart == 0 && kPart >= 4);
 
-HWY_INLINE VF set(float x) { return hn::Set(DF(), x); }
+HWY_INLINE VF set(float x) {
+  return hn::Set(DF(), x);
+}
 
 // Two neighbours along x of every lane.
 struct Pairs {
   VF first, second;
 };
 
-// Concatenates loads of N floats each into one vector of the tag D, recursively by halves (movq, movhps, vinsert...).
+// Concatenates loads of N floats each into one vector of the tag D, recursively by halves (movq, movhps,
+// vinsert...).
 template <class D, size_t N, class Load>
 HWY_INLINE hn::Vec<D> concatenate(D d, const Load& load, size_t at) {
   if constexpr (hn::MaxLanes(D()) == N) {
@@ -64,36 +68,42 @@ template <class T>
 HWY_INLINE VI loadWords(const T* voxels, const int32_t* HWY_RESTRICT index) {
   const DI d;
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-  const VI offset = hn::ShiftLeft<sizeof(T) == 2 ? 1 : 0>(hn::Load(d, index));
+  const VI offset = hn::ShiftLeft < sizeof(T) == 2 ? 1 : 0 > (hn::Load(d, index));
   return hn::GatherOffset(d, reinterpret_cast<const int32_t*>(voxels), offset);
 #else
   HWY_ALIGN int32_t words[kPart];
-  for (size_t lane = 0; lane < kPart; ++lane) std::memcpy(&words[lane], voxels + index[lane], sizeof(int32_t));
+  for (size_t lane = 0; lane < kPart; ++lane)
+    std::memcpy(&words[lane], voxels + index[lane], sizeof(int32_t));
   return hn::Load(d, words);
 #endif
 }
 
 HWY_INLINE Pairs loadPairs(const uint8_t* voxels, const int32_t* HWY_RESTRICT index) {
   const VI words = loadWords(voxels, index), byte = hn::Set(DI(), 0xff);
-  return {hn::ConvertTo(DF(), hn::And(words, byte)), hn::ConvertTo(DF(), hn::And(hn::ShiftRight<8>(words), byte))};
+  return {hn::ConvertTo(DF(), hn::And(words, byte)),
+          hn::ConvertTo(DF(), hn::And(hn::ShiftRight<8>(words), byte))};
 }
 
 HWY_INLINE Pairs loadPairs(const uint16_t* voxels, const int32_t* HWY_RESTRICT index) {
   const VI words = loadWords(voxels, index), low = hn::Set(DI(), 0xffff);
-  return {hn::ConvertTo(DF(), hn::And(words, low)), hn::ConvertTo(DF(), hn::And(hn::ShiftRight<16>(words), low))};
+  return {hn::ConvertTo(DF(), hn::And(words, low)),
+          hn::ConvertTo(DF(), hn::And(hn::ShiftRight<16>(words), low))};
 }
 
 struct Position {
   VF x, y, z;
 };
 
-HWY_INLINE VF lerp(VF a, VF b, VF f) { return hn::MulAdd(f, hn::Sub(b, a), a); }
+HWY_INLINE VF lerp(VF a, VF b, VF f) {
+  return hn::MulAdd(f, hn::Sub(b, a), a);
+}
 
 // Values at (and around) the samples of one packet part. `offset` shifts the footprint by whole voxels.
 template <class T, Filter kFilter>
 class Sampler {
  public:
-  // `local` are positions relative to the brick; `margin` voxels around the footprint must stay inside the brick.
+  // `local` are positions relative to the brick; `margin` voxels around the footprint must stay inside the
+  // brick.
   HWY_INLINE Sampler(const T* brick, const Position& local, float margin) : brick_(brick) {
     constexpr float kHighest = kBrickStride - (kFilter == Filter::trilinear ? 2 : 1);
     const auto corner = [&](VF p) HWY_ATTR {
@@ -118,16 +128,17 @@ class Sampler {
         return lerp(pairs.first, pairs.second, fraction_.x);
       };
       constexpr int kPlane = kBrickStride * kBrickStride;
-      return lerp(lerp(row(0), row(kBrickStride), fraction_.y), lerp(row(kPlane), row(kPlane + kBrickStride), fraction_.y),
-                  fraction_.z);
+      return lerp(lerp(row(0), row(kBrickStride), fraction_.y),
+                  lerp(row(kPlane), row(kPlane + kBrickStride), fraction_.y), fraction_.z);
     }
   }
 
-  // Central differences of the interpolated field over +-1 voxel, in index space. (Equal to interpolating the central
-  // differences at the voxels: a shift by whole voxels keeps the weights.)
+  // Central differences of the interpolated field over +-1 voxel, in index space. (Equal to interpolating the
+  // central differences at the voxels: a shift by whole voxels keeps the weights.)
   HWY_INLINE Position gradient() const {
     constexpr int kPlane = kBrickStride * kBrickStride;
-    const auto difference = [&](int offset) HWY_ATTR { return hn::Mul(set(0.5f), hn::Sub(at(offset), at(-offset))); };
+    const auto difference = [&](int offset)
+                                HWY_ATTR { return hn::Mul(set(0.5f), hn::Sub(at(offset), at(-offset))); };
     return {difference(1), difference(kBrickStride), difference(kPlane)};
   }
 
@@ -141,7 +152,8 @@ struct Colour {
   VF r, g, b, a;
 };
 
-// Linear interpolation in the table of RGBA nodes: two 16-byte loads a lane, then a 4x4 transpose in every block.
+// Linear interpolation in the table of RGBA nodes: two 16-byte loads a lane, then a 4x4 transpose in every
+// block.
 HWY_INLINE Colour classify(const KernelScene& scene, VF value) {
   const DF d;
   VF x = hn::Mul(hn::Sub(value, set(scene.rangeLo)), set(scene.scale));
@@ -154,37 +166,41 @@ HWY_INLINE Colour classify(const KernelScene& scene, VF value) {
   // Row m holds the nodes of lanes m, m + 4, m + 8, m + 12, one a block.
   const auto row = [&](size_t m, VF fraction) HWY_ATTR {
     const auto entry = [&](int part) HWY_ATTR {
-      const auto load = [&](auto d4, size_t block) HWY_ATTR { return hn::LoadU(d4, table + index[m + 4 * block] + part); };
+      const auto load = [&](auto d4, size_t block)
+                            HWY_ATTR { return hn::LoadU(d4, table + index[m + 4 * block] + part); };
       return concatenate<DF, 4>(d, load, 0);
     };
     return hn::MulAdd(fraction, entry(4), entry(0));
   };
-  const VF row0 = row(0, hn::Broadcast<0>(f)), row1 = row(1, hn::Broadcast<1>(f)), row2 = row(2, hn::Broadcast<2>(f)),
-           row3 = row(3, hn::Broadcast<3>(f));
+  const VF row0 = row(0, hn::Broadcast<0>(f)), row1 = row(1, hn::Broadcast<1>(f)),
+           row2 = row(2, hn::Broadcast<2>(f)), row3 = row(3, hn::Broadcast<3>(f));
   const hn::Repartition<double, DF> d64;
   const auto pairs = [&](VF a, VF b) HWY_ATTR { return hn::BitCast(d64, hn::InterleaveLower(d, a, b)); };
   const auto pairsUpper = [&](VF a, VF b) HWY_ATTR { return hn::BitCast(d64, hn::InterleaveUpper(d, a, b)); };
-  const auto rg0 = pairs(row0, row1), rg1 = pairs(row2, row3), ba0 = pairsUpper(row0, row1), ba1 = pairsUpper(row2, row3);
-  return {hn::BitCast(d, hn::InterleaveLower(d64, rg0, rg1)), hn::BitCast(d, hn::InterleaveUpper(d64, rg0, rg1)),
-          hn::BitCast(d, hn::InterleaveLower(d64, ba0, ba1)), hn::BitCast(d, hn::InterleaveUpper(d64, ba0, ba1))};
+  const auto rg0 = pairs(row0, row1), rg1 = pairs(row2, row3), ba0 = pairsUpper(row0, row1),
+             ba1 = pairsUpper(row2, row3);
+  return {
+      hn::BitCast(d, hn::InterleaveLower(d64, rg0, rg1)), hn::BitCast(d, hn::InterleaveUpper(d64, rg0, rg1)),
+      hn::BitCast(d, hn::InterleaveLower(d64, ba0, ba1)), hn::BitCast(d, hn::InterleaveUpper(d64, ba0, ba1))};
 }
 
 // Headlight shading; see headlight.h for the formula.
-HWY_INLINE void shade(const KernelScene& scene, const Position& indexGradient, const Position& direction, Colour& c) {
+HWY_INLINE void shade(const KernelScene& scene, const Position& indexGradient, const Position& direction,
+                      Colour& c) {
   const auto& m = scene.worldFromIndexGradient;
   const auto row = [&](int i) HWY_ATTR {
     return hn::MulAdd(set(m[i][0]), indexGradient.x,
                       hn::MulAdd(set(m[i][1]), indexGradient.y, hn::Mul(set(m[i][2]), indexGradient.z)));
   };
-  const auto dot3 = [](const Position& a, const Position& b) HWY_ATTR {
-    return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-  };
+  const auto dot3 = [](const Position& a, const Position& b)
+                        HWY_ATTR { return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z))); };
   // Rows of the inverse transpose: gradient_world = (index from world)^T gradient_index.
   const Position g{row(0), row(1), row(2)};
   const VF squared = dot3(g, g), guarded = hn::Add(squared, set(scene.flatGradientSquared));
   const VF cosine = hn::Div(hn::Abs(dot3(g, direction)), hn::Sqrt(guarded));
   const VF weight = hn::Div(squared, guarded);
-  const VF factor = hn::MulAdd(weight, set(Headlight::kAmbient - 1), hn::MulAdd(set(Headlight::kDiffuse), cosine, set(1.0f)));
+  const VF factor = hn::MulAdd(weight, set(Headlight::kAmbient - 1),
+                               hn::MulAdd(set(Headlight::kDiffuse), cosine, set(1.0f)));
   const VF c2 = hn::Mul(cosine, cosine), c4 = hn::Mul(c2, c2), c8 = hn::Mul(c4, c4), c16 = hn::Mul(c8, c8);
   const VF highlight = hn::Mul(hn::Mul(c.a, set(Headlight::kSpecular)), c16);
   c.r = hn::MulAdd(c.r, factor, highlight);
@@ -192,13 +208,14 @@ HWY_INLINE void shade(const KernelScene& scene, const Position& indexGradient, c
   c.b = hn::MulAdd(c.b, factor, highlight);
 }
 
-// One segment of one tile, ready to be integrated: where its rays run relative to the brick, and each lane's samples.
+// One segment of one tile, ready to be integrated: where its rays run relative to the brick, and each lane's
+// samples.
 struct SegmentGeometry {
   HWY_ALIGN float position[3][kLanes];  // of sample kBegin
   HWY_ALIGN float delta[3][kLanes];
   HWY_ALIGN int32_t first[kLanes], last[kLanes];  // relative to kBegin, last exclusive
-  int32_t length;                   // samples of the longest lane
-  int32_t allFrom, allTo;           // within these all lanes are active
+  int32_t length;                                 // samples of the longest lane
+  int32_t allFrom, allTo;                         // within these all lanes are active
 };
 
 HWY_INLINE double crossing(double plane, double origin, double delta) {
@@ -210,9 +227,11 @@ HWY_INLINE double crossing(double plane, double origin, double delta) {
   return index < -kLimit ? -kLimit : index > kLimit ? kLimit : index;
 }
 
-HWY_INLINE void placeSegment(const KernelScene& scene, const TileRays& rays, const Segment& segment, SegmentGeometry& g) {
+HWY_INLINE void placeSegment(const KernelScene& scene, const TileRays& rays, const Segment& segment,
+                             SegmentGeometry& g) {
   const auto cell = int32_t(segment.cell);
-  const Vec3i at{cell % scene.gridSize.x, cell / scene.gridSize.x % scene.gridSize.y, cell / scene.gridSize.x / scene.gridSize.y};
+  const Vec3i at{cell % scene.gridSize.x, cell / scene.gridSize.x % scene.gridSize.y,
+                 cell / scene.gridSize.x / scene.gridSize.y};
   HWY_ALIGN double from[kLanes], to[kLanes];
   for (int l = 0; l < kLanes; ++l) {
     from[l] = rays.kBegin[l] > segment.kBegin ? rays.kBegin[l] : segment.kBegin;
@@ -252,11 +271,12 @@ HWY_INLINE void placeSegment(const KernelScene& scene, const TileRays& rays, con
 template <class T, Filter kFilter, RenderMode kMode, bool kExtras>
 class Accumulator {
  public:
-  HWY_INLINE Accumulator(const KernelScene& scene, const TileRays& rays, const Segment& segment, const T* brick,
-                         const SegmentGeometry& g, size_t part)
+  HWY_INLINE Accumulator(const KernelScene& scene, const TileRays& rays, const Segment& segment,
+                         const T* brick, const SegmentGeometry& g, size_t part)
       : scene_(scene), brick_(brick), kBegin_(segment.kBegin) {
     const DF d;
-    start_ = {hn::Load(d, g.position[0] + part), hn::Load(d, g.position[1] + part), hn::Load(d, g.position[2] + part)};
+    start_ = {hn::Load(d, g.position[0] + part), hn::Load(d, g.position[1] + part),
+              hn::Load(d, g.position[2] + part)};
     delta_ = {hn::Load(d, g.delta[0] + part), hn::Load(d, g.delta[1] + part), hn::Load(d, g.delta[2] + part)};
     first_ = hn::Load(DI(), g.first + part);
     last_ = hn::Load(DI(), g.last + part);
@@ -271,7 +291,8 @@ class Accumulator {
   template <bool kAllActive>
   HWY_INLINE void sample(int32_t k, TileCounters& counters) {
     const VF n = set(float(k));
-    const Position local{hn::MulAdd(n, delta_.x, start_.x), hn::MulAdd(n, delta_.y, start_.y), hn::MulAdd(n, delta_.z, start_.z)};
+    const Position local{hn::MulAdd(n, delta_.x, start_.x), hn::MulAdd(n, delta_.y, start_.y),
+                         hn::MulAdd(n, delta_.z, start_.z)};
     const float margin = kExtras && scene_.shade ? 1.0f : 0.0f;
     const Sampler<T, kFilter> sampler(brick_, local, margin);
     const VF value = sampler.at(0);
@@ -284,7 +305,8 @@ class Accumulator {
       const VF excess = hn::Sub(value, set(scene_.background));
       red_ = hn::Add(red_, kAllActive ? excess : hn::IfThenElseZero(active, excess));
     } else {
-      const MF nothing = hn::Or(hn::Lt(value, set(scene_.firstVisible)), hn::Gt(value, set(scene_.lastVisible)));
+      const MF nothing =
+          hn::Or(hn::Lt(value, set(scene_.firstVisible)), hn::Gt(value, set(scene_.lastVisible)));
       if (hn::AllTrue(DF(), nothing)) return;
       Colour c = classify(scene_, value);
       if constexpr (!kAllActive) {
@@ -309,7 +331,8 @@ class Accumulator {
   }
 
  private:
-  HWY_INLINE void lightAndMeasure(const Sampler<T, kFilter>& sampler, int32_t k, Colour& c, TileCounters& counters) {
+  HWY_INLINE void lightAndMeasure(const Sampler<T, kFilter>& sampler, int32_t k, Colour& c,
+                                  TileCounters& counters) {
     if (hn::AllTrue(DF(), hn::Eq(c.a, hn::Zero(DF())))) return;
     if (scene_.shade) {
       shade(scene_, sampler.gradient(), direction_, c);
@@ -343,9 +366,11 @@ class WindowWalk {
   HWY_INLINE WindowWalk(const KernelScene& scene, const TileRays& rays, const Segment& segment)
       : visible_(rays.packetOwned ? scene.windows[segment.cell] : ~uint64_t(0)) {
     const auto cell = int32_t(segment.cell);
-    const Vec3i at{cell % scene.gridSize.x, cell / scene.gridSize.x % scene.gridSize.y, cell / scene.gridSize.x / scene.gridSize.y};
+    const Vec3i at{cell % scene.gridSize.x, cell / scene.gridSize.x % scene.gridSize.y,
+                   cell / scene.gridSize.x / scene.gridSize.y};
     for (int a = 0; a < 3; ++a) {
-      start_[a] = float(rays.owner.origin[a] - double(at[a] * kBrickEdge) + (segment.kBegin + 0.5) * rays.owner.delta[a]);
+      start_[a] = float(rays.owner.origin[a] - double(at[a] * kBrickEdge) +
+                        (segment.kBegin + 0.5) * rays.owner.delta[a]);
       delta_[a] = float(rays.owner.delta[a]);
     }
   }
@@ -372,11 +397,13 @@ class WindowWalk {
 template <class T, Filter kFilter, RenderMode kRenderMode, bool kExtras>
 struct GeneralIntegrator {
   static constexpr RenderMode kMode = kRenderMode;
-  static int channels(const KernelScene& scene) { return kMode == RenderMode::dvr ? (kExtras && scene.depth ? 5 : 4) : 1; }
+  static int channels(const KernelScene& scene) {
+    return kMode == RenderMode::dvr ? (kExtras && scene.depth ? 5 : 4) : 1;
+  }
 
   // The partial of one segment: channels x 16 floats. It depends on the segment's own samples only.
-  static HWY_INLINE void integrate(const KernelScene& scene, const TileRays& rays, const Segment& segment, float* partial,
-                                   int channelCount, TileCounters& counters) {
+  static HWY_INLINE void integrate(const KernelScene& scene, const TileRays& rays, const Segment& segment,
+                                   float* partial, int channelCount, TileCounters& counters) {
     SegmentGeometry g;
     placeSegment(scene, rays, segment, g);
     const WindowWalk walk(scene, rays, segment);
@@ -397,7 +424,8 @@ struct GeneralIntegrator {
 };
 
 // Puts a partial behind the pixels (addBehind of core/compositing.h). True when all rays have ended.
-HWY_INLINE bool compositePartial(const KernelScene& scene, const float* partial, float* pixels, int channels) {
+HWY_INLINE bool compositePartial(const KernelScene& scene, const float* partial, float* pixels,
+                                 int channels) {
   const DF d;
   bool done = true;
   const VF minimum = set(scene.terminateMinimum), slope = set(scene.terminateSlope);
@@ -421,8 +449,10 @@ template <RenderMode kMode>
 HWY_INLINE bool addPartial(const KernelScene& scene, const float* partial, float* pixels, int channels) {
   if constexpr (kMode == RenderMode::dvr) return compositePartial(scene, partial, pixels, channels);
   for (int l = 0; l < kLanes; ++l) {
-    if constexpr (kMode == RenderMode::mip) pixels[l] = partial[l] > pixels[l] ? partial[l] : pixels[l];
-    else pixels[l] += partial[l];
+    if constexpr (kMode == RenderMode::mip)
+      pixels[l] = partial[l] > pixels[l] ? partial[l] : pixels[l];
+    else
+      pixels[l] += partial[l];
   }
   return false;
 }
@@ -438,7 +468,8 @@ HWY_INLINE void clearPixels(float* pixels, int channels) {
 }
 
 // mip: the samples of a skipped segment are all background.
-HWY_INLINE void meetBackground(const KernelScene& scene, const TileRays& rays, const Segment& segment, float* pixels) {
+HWY_INLINE void meetBackground(const KernelScene& scene, const TileRays& rays, const Segment& segment,
+                               float* pixels) {
   SegmentGeometry g;
   placeSegment(scene, rays, segment, g);
   for (int l = 0; l < kLanes; ++l)
@@ -473,8 +504,10 @@ void castTile(const KernelScene& scene, const TileTask& task, TileCounters& coun
 template <class T, Filter kFilter>
 TileKernel selectMode(const KernelScene& scene) {
   switch (scene.mode) {
-    case RenderMode::mip: return &castTile<GeneralIntegrator<T, kFilter, RenderMode::mip, false>>;
-    case RenderMode::average: return &castTile<GeneralIntegrator<T, kFilter, RenderMode::average, false>>;
+    case RenderMode::mip:
+      return &castTile<GeneralIntegrator<T, kFilter, RenderMode::mip, false>>;
+    case RenderMode::average:
+      return &castTile<GeneralIntegrator<T, kFilter, RenderMode::average, false>>;
     default:
       return scene.shade || scene.depth ? &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, true>>
                                         : &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, false>>;
@@ -483,14 +516,18 @@ TileKernel selectMode(const KernelScene& scene) {
 
 template <class T>
 TileKernel selectFilter(const KernelScene& scene) {
-  return scene.filter == Filter::trilinear ? selectMode<T, Filter::trilinear>(scene) : selectMode<T, Filter::nearest>(scene);
+  return scene.filter == Filter::trilinear ? selectMode<T, Filter::trilinear>(scene)
+                                           : selectMode<T, Filter::nearest>(scene);
 }
 
 TileKernel selectGeneral(const KernelScene& scene) {
   switch (scene.type) {
-    case ElementType::u8: return selectFilter<uint8_t>(scene);
-    case ElementType::u16: return selectFilter<uint16_t>(scene);
-    default: return selectFilter<float>(scene);
+    case ElementType::u8:
+      return selectFilter<uint8_t>(scene);
+    case ElementType::u16:
+      return selectFilter<uint16_t>(scene);
+    default:
+      return selectFilter<float>(scene);
   }
 }
 

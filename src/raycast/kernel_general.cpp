@@ -1,5 +1,6 @@
-// The general ray casting kernel: 16 rays of a tile side by side, footprints fetched by pair loads, the transfer function
-// by loads of whole RGBA nodes. Compiled once per instruction set by Highway's foreach_target.
+// The general ray casting kernel: 16 rays of a tile side by side, footprints fetched by pair loads, the
+// transfer function by loads of whole RGBA nodes. Compiled once per instruction set by Highway's
+// foreach_target.
 #include "raycast/tile_kernel.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -57,15 +58,22 @@ const std::vector<CompiledTarget>& supportedTargets() {
 
 const char* name(Isa isa) {
   switch (isa) {
-    case Isa::avx512: return "avx512";
-    case Isa::avx2: return "avx2";
-    case Isa::sse4: return "sse4";
-    case Isa::scalar: return "scalar";
-    default: return "auto";
+    case Isa::avx512:
+      return "avx512";
+    case Isa::avx2:
+      return "avx2";
+    case Isa::sse4:
+      return "sse4";
+    case Isa::scalar:
+      return "scalar";
+    default:
+      return "auto";
   }
 }
 
-Isa bestIsa() { return supportedTargets().empty() ? Isa::scalar : supportedTargets().front().isa; }
+Isa bestIsa() {
+  return supportedTargets().empty() ? Isa::scalar : supportedTargets().front().isa;
+}
 
 const std::vector<Isa>& supportedIsas() {
   static const std::vector<Isa> isas = [] {
@@ -82,7 +90,8 @@ TileKernel generalKernel(const KernelScene& scene, Isa isa) {
     if (isa == Isa::automatic || t.isa == isa) return t.select(scene);
   std::string known;
   for (Isa i : supportedIsas()) known += std::string(name(i)) + ", ";
-  throw OptionError("--isa", std::string("this machine cannot run \"") + name(isa) + "\", expected one of " + known + "scalar");
+  throw OptionError("--isa", std::string("this machine cannot run \"") + name(isa) + "\", expected one of " +
+                                 known + "scalar");
 }
 
 TileKernel fastestKernel(const KernelScene& scene, Isa isa) {
@@ -90,8 +99,8 @@ TileKernel fastestKernel(const KernelScene& scene, Isa isa) {
   return generalKernel(scene, isa);
 }
 
-KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume, const ClassificationTable& table,
-                            const Occupancy& occupancy) {
+KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume,
+                            const ClassificationTable& table, const Occupancy& occupancy) {
   KernelScene s{};
   s.type = volume.lattice().type;
   s.bricks = volume.brickPointers().data();
@@ -117,7 +126,8 @@ KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& v
   const Affine indexFromWorld = volume.lattice().worldFromIndex.inverse();
   const double voxel = volume.lattice().worldFromIndex.voxelSize();
   for (int row = 0; row < 3; ++row)
-    for (int a = 0; a < 3; ++a) s.worldFromIndexGradient[row][a] = float(indexFromWorld.column[size_t(row)][a] * voxel);
+    for (int a = 0; a < 3; ++a)
+      s.worldFromIndexGradient[row][a] = float(indexFromWorld.column[size_t(row)][a] * voxel);
   const float flat = Headlight::kFlatGradient * (table.range().hi - table.range().lo);
   s.flatGradientSquared = std::max(flat * flat, 1e-30f);
   return s;

@@ -1,5 +1,5 @@
-// The packet kernel: a 4x4 packet's whole neighbourhood in registers, where its rays lie close enough together.
-// AVX-512 with VBMI (Ice Lake, Zen 4 and later); elsewhere the general kernel does all.
+// The packet kernel: a 4x4 packet's whole neighbourhood in registers, where its rays lie close enough
+// together. AVX-512 with VBMI (Ice Lake, Zen 4 and later); elsewhere the general kernel does all.
 #include "raycast/tile_kernel.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -33,7 +33,8 @@ void Occupancy::build(const BrickVolume& volume) {
   }
 }
 
-void Occupancy::update(const BrickVolume& volume, std::span<const uint32_t> cells, std::vector<uint8_t>& before) {
+void Occupancy::update(const BrickVolume& volume, std::span<const uint32_t> cells,
+                       std::vector<uint8_t>& before) {
   before.resize(cells.size());
   for (size_t i = 0; i < cells.size(); ++i) {
     uint8_t& flag = visible_[cells[i]];

@@ -10,10 +10,10 @@
 
 namespace kairos {
 
-/// One flag per cell. A brick that is not visible adds exactly nothing to any ray through it, so leaving it out
-/// cannot change a bit of the image:
-/// dvr: every value between its smallest and largest classifies to zero opacity;
-/// average: it holds nothing but the background. mip: likewise; rays that meet it still see the background.
+/// One flag per cell. A brick that is not visible adds exactly nothing to any ray through it, so leaving it
+/// out cannot change a bit of the image: dvr: every value between its smallest and largest classifies to zero
+/// opacity; average: it holds nothing but the background. mip: likewise; rays that meet it still see the
+/// background.
 class Occupancy {
  public:
   Occupancy(const RenderSettings& settings, const ClassificationTable& table);
@@ -23,8 +23,8 @@ class Occupancy {
   void update(const BrickVolume& volume, std::span<const uint32_t> cells, std::vector<uint8_t>& before);
 
   bool visible(uint32_t cell) const { return visible_[cell] != 0; }
-  /// One bit per window of each brick (see kWindows): samples whose footprint starts in a window's block add exactly nothing
-  /// where its bit is clear.
+  /// One bit per window of each brick (see kWindows): samples whose footprint starts in a window's block add
+  /// exactly nothing where its bit is clear.
   const uint64_t* windows() const { return windows_.data(); }
   const uint8_t* flags() const { return visible_.data(); }
   uint32_t visibleCount() const { return visibleCount_; }

@@ -16,11 +16,14 @@ void clearPartial(RenderMode mode, Real* partial) {
 // A pixel in the making: up to five channels and the transmittance.
 constexpr int kPixelPlanes = 6;
 
-int planeCount(const KernelScene& scene) { return scene.mode != RenderMode::dvr ? 1 : scene.depth ? 6 : 5; }
+int planeCount(const KernelScene& scene) {
+  return scene.mode != RenderMode::dvr ? 1 : scene.depth ? 6 : 5;
+}
 
 // Puts a partial behind a pixel. True when the ray ends.
 template <class Real>
-bool addPartial(const KernelScene& scene, const EarlyTermination<Real>& termination, const Real* partial, Real* pixel) {
+bool addPartial(const KernelScene& scene, const EarlyTermination<Real>& termination, const Real* partial,
+                Real* pixel) {
   if (scene.mode == RenderMode::mip) {
     pixel[0] = std::max(pixel[0], partial[0]);
     return false;
@@ -45,7 +48,8 @@ struct SampleSpan {
   int32_t begin, end;
 };
 
-SampleSpan laneSpan(const KernelScene& scene, const TileRays& rays, const Segment& segment, const Vec3d& base, int lane) {
+SampleSpan laneSpan(const KernelScene& scene, const TileRays& rays, const Segment& segment, const Vec3d& base,
+                    int lane) {
   SampleSpan span{std::max(segment.kBegin, rays.kBegin[lane]), std::min(segment.kEnd, rays.kEnd[lane])};
   if (!rays.packetOwned)
     for (int a = 0; a < 3; ++a) {
@@ -59,13 +63,14 @@ SampleSpan laneSpan(const KernelScene& scene, const TileRays& rays, const Segmen
 
 Vec3d brickBase(const KernelScene& scene, uint32_t cell) {
   const auto c = int32_t(cell);
-  const Vec3i at{c % scene.gridSize.x, c / scene.gridSize.x % scene.gridSize.y, c / scene.gridSize.x / scene.gridSize.y};
+  const Vec3i at{c % scene.gridSize.x, c / scene.gridSize.x % scene.gridSize.y,
+                 c / scene.gridSize.x / scene.gridSize.y};
   return Vec3d(at * kBrickEdge);
 }
 
 template <class T>
-void integrateScalar(const KernelScene& scene, const TileRays& rays, const Segment& segment, int channels, float* partial,
-                     TileCounters& counters) {
+void integrateScalar(const KernelScene& scene, const TileRays& rays, const Segment& segment, int channels,
+                     float* partial, TileCounters& counters) {
   const Vec3d base = brickBase(scene, segment.cell);
   const T* brick = static_cast<const T*>(scene.bricks[segment.cell]);
   ++counters.segmentsIntegrated;
@@ -73,7 +78,8 @@ void integrateScalar(const KernelScene& scene, const TileRays& rays, const Segme
     float sums[5];
     clearPartial(scene.mode, sums);
     const SampleSpan span = laneSpan(scene, rays, segment, base, lane);
-    for (int32_t k = span.begin; k < span.end; ++k) addSample(scene, rays, lane, k, brick, base, sums, counters);
+    for (int32_t k = span.begin; k < span.end; ++k)
+      addSample(scene, rays, lane, k, brick, base, sums, counters);
     for (int c = 0; c < channels; ++c) partial[c * kLanes + lane] = sums[c];
   }
 }
@@ -171,7 +177,8 @@ void castRay(const KernelScene& scene, const EarlyTermination<double>& terminati
     }
     current = cell;
     const auto index = uint32_t((cell.z * scene.gridSize.y + cell.y) * scene.gridSize.x + cell.x);
-    addSample(scene, rays, lane, k, static_cast<const T*>(scene.bricks[index]), Vec3d(cell * kBrickEdge), partial, counters);
+    addSample(scene, rays, lane, k, static_cast<const T*>(scene.bricks[index]), Vec3d(cell * kBrickEdge),
+              partial, counters);
   }
   if (current.x >= 0) addPartial(scene, termination, partial, pixel);
 }
@@ -184,7 +191,8 @@ TileKernel scalarKernel(const KernelScene& scene) {
 
 std::vector<double> castReference(const RenderSettings& settings, const BrickVolume& volume) {
   const ClassificationTable table = settings.classification(volume.lattice());
-  const KernelScene scene = makeKernelScene(settings, volume, table, Occupancy(settings, table));  // empty: never skips
+  const KernelScene scene =
+      makeKernelScene(settings, volume, table, Occupancy(settings, table));  // empty: never skips
   const ViewRays view(settings, volume.lattice(), volume.gridOrigin());
   const EarlyTermination<double> termination(settings.terminate);
   const auto channels = size_t(settings.channels());
@@ -192,7 +200,8 @@ std::vector<double> castReference(const RenderSettings& settings, const BrickVol
   for (int tile = 0; tile < view.tileCount(); ++tile) {
     const TileRays rays = view.rays(tile);
     for (int lane = 0; lane < kLanes; ++lane) {
-      const int x = tile % view.tilesX() * kTileEdge + lane % kTileEdge, y = tile / view.tilesX() * kTileEdge + lane / kTileEdge;
+      const int x = tile % view.tilesX() * kTileEdge + lane % kTileEdge,
+                y = tile / view.tilesX() * kTileEdge + lane / kTileEdge;
       if (x >= settings.width || y >= settings.height) continue;
       double pixel[kPixelPlanes];
       dispatch(scene.type, [&]<class T>() { castRay<T>(scene, termination, view, rays, lane, pixel); });

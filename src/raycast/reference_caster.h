@@ -8,8 +8,9 @@
 
 namespace kairos {
 
-/// Renders every pixel in double precision (classification nodes are floats, as everywhere). Row-major, `channels()`
-/// values a pixel, top row first: what a tile's pixels hold before `finishPixels` (see frame.h). Slow; for tests and accuracy benchmarks.
+/// Renders every pixel in double precision (classification nodes are floats, as everywhere). Row-major,
+/// `channels()` values a pixel, top row first: what a tile's pixels hold before `finishPixels` (see frame.h).
+/// Slow; for tests and accuracy benchmarks.
 std::vector<double> castReference(const RenderSettings& settings, const BrickVolume& volume);
 
 }  // namespace kairos

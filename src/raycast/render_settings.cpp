@@ -9,8 +9,8 @@ namespace {
 
 void checkNumber(const char* option, double value, double lo, double hi) {
   if (!(value >= lo && value <= hi))
-    throw OptionError(option, "found " + std::to_string(value) + ", expected a number in [" + std::to_string(lo) + ", " +
-                                  std::to_string(hi) + "]");
+    throw OptionError(option, "found " + std::to_string(value) + ", expected a number in [" +
+                                  std::to_string(lo) + ", " + std::to_string(hi) + "]");
 }
 
 }  // namespace
@@ -24,12 +24,14 @@ void RenderSettings::validate() const {
   checkNumber("--terminate", terminate, 0.001, 1);
   if (unitDistance != 0 && !(unitDistance > 0 && std::isfinite(unitDistance)))
     throw OptionError("--unit-distance", "expected a length above 0 in world units");
-  if (shade && mode != RenderMode::dvr) throw OptionError("--shade", "needs --mode dvr: a projection has no surface to light");
+  if (shade && mode != RenderMode::dvr)
+    throw OptionError("--shade", "needs --mode dvr: a projection has no surface to light");
   if (depth && mode != RenderMode::dvr) throw OptionError("--aov", "depth needs --mode dvr");
   if (clipBox)
     for (int a = 0; a < 3; ++a)
       if (!(clipBox->lo[a] < clipBox->hi[a]))
-        throw OptionError("--clip-box", "expected X0,Y0,Z0,X1,Y1,Z1 in world units, each low end below its high end");
+        throw OptionError("--clip-box",
+                          "expected X0,Y0,Z0,X1,Y1,Z1 in world units, each low end below its high end");
   if (transferFunction.colourPoints().empty()) throw OptionError("--tf", "no transfer function was given");
   camera.validate();
 }

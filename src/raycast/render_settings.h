@@ -1,4 +1,5 @@
-// Everything that defines an image of a volume. View, transfer function and sampling stay fixed over an animation.
+// Everything that defines an image of a volume. View, transfer function and sampling stay fixed over an
+// animation.
 #pragma once
 
 #include <optional>
@@ -13,13 +14,13 @@ namespace kairos {
 
 enum class Filter { trilinear, nearest };
 
-/// dvr: emission and absorption, classified after interpolation. mip: the largest sample of each ray, classified.
-/// average: the mean of each ray's samples inside the volume ("x-ray"), classified. mip and average use the transfer
-/// function's opacity as it is, without correction for a distance.
+/// dvr: emission and absorption, classified after interpolation. mip: the largest sample of each ray,
+/// classified. average: the mean of each ray's samples inside the volume ("x-ray"), classified. mip and
+/// average use the transfer function's opacity as it is, without correction for a distance.
 enum class RenderMode { dvr, mip, average };
 
-/// Instruction sets a kernel can be compiled for; `automatic` takes the best one this machine has. `scalar` is the
-/// readable reference in float.
+/// Instruction sets a kernel can be compiled for; `automatic` takes the best one this machine has. `scalar`
+/// is the readable reference in float.
 enum class Isa { automatic, avx512, avx2, sse4, scalar };
 
 /// fastest: the packet kernel wherever it fits. general: the general kernel everywhere, to compare with.
@@ -36,14 +37,15 @@ struct RenderSettings {
   double step = 1;  // sample distance in voxels (shortest voxel edge)
   Filter filter = Filter::trilinear;
   RenderMode mode = RenderMode::dvr;
-  bool shade = false;                // dvr only: central-difference gradients lit by a headlight
-  bool depth = false;                // dvr only: opacity-weighted mean distance from the eye as a further channel
-  float terminate = 0.999f;          // early ray termination: rays end at this opacity (see EarlyTermination); 1: never
-  std::optional<PointBox> clipBox;   // world space; nothing outside is sampled
+  bool shade = false;  // dvr only: central-difference gradients lit by a headlight
+  bool depth = false;  // dvr only: opacity-weighted mean distance from the eye as a further channel
+  float terminate =
+      0.999f;  // early ray termination: rays end at this opacity (see EarlyTermination); 1: never
+  std::optional<PointBox> clipBox;  // world space; nothing outside is sampled
 
   Isa isa = Isa::automatic;
   Kernel kernel = Kernel::fastest;
-  bool skipInvisible = true;         // off only to prove that skipping changes nothing
+  bool skipInvisible = true;  // off only to prove that skipping changes nothing
 
   /// Throws OptionError naming the option and its range.
   void validate() const;
@@ -58,7 +60,8 @@ struct RenderSettings {
   double worldStep(const Lattice& lattice) const { return step * lattice.worldFromIndex.voxelSize(); }
   ClassificationTable classification(const Lattice& lattice) const;
 
-  /// Voxels from the first to the last that one sample reads along an axis: 1 nearest, 2 trilinear, 2 more shaded.
+  /// Voxels from the first to the last that one sample reads along an axis: 1 nearest, 2 trilinear, 2 more
+  /// shaded.
   int footprintWidth() const { return (filter == Filter::trilinear ? 2 : 1) + (shade ? 2 : 0); }
   /// The low corner of a sample's footprint is floor(position + footprintShift()), in index space.
   double footprintShift() const { return (filter == Filter::trilinear ? 0.0 : 0.5) - (shade ? 1.0 : 0.0); }

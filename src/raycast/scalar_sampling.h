@@ -1,5 +1,5 @@
-// Sampling, classification and shading of one sample at a time, in float or double: the readable form of what the SIMD
-// kernels do, and the oracle they are tested against.
+// Sampling, classification and shading of one sample at a time, in float or double: the readable form of what
+// the SIMD kernels do, and the oracle they are tested against.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,8 @@ struct ScalarSample {
 template <class T, class Real>
 class ScalarSampler {
  public:
-  ScalarSampler(const KernelScene& scene, const T* brick, const std::array<Real, 3>& local) : scene_(scene), brick_(brick) {
+  ScalarSampler(const KernelScene& scene, const T* brick, const std::array<Real, 3>& local)
+      : scene_(scene), brick_(brick) {
     const bool trilinear = scene.filter == Filter::trilinear;
     const int margin = scene.shade ? 1 : 0, highest = kBrickStride - (trilinear ? 2 : 1) - margin;
     for (size_t a = 0; a < 3; ++a) {
@@ -37,9 +38,11 @@ class ScalarSampler {
     const int x = corner_[0] + dx, y = corner_[1] + dy, z = corner_[2] + dz;
     if (scene_.filter == Filter::nearest) return voxel(x, y, z);
     const auto lerp = [](Real a, Real b, Real f) { return a + f * (b - a); };
-    const auto row = [&](int ry, int rz) { return lerp(voxel(x, ry, rz), voxel(x + 1, ry, rz), fraction_[0]); };
-    return lerp(lerp(row(y, z), row(y + 1, z), fraction_[1]), lerp(row(y, z + 1), row(y + 1, z + 1), fraction_[1]),
-                fraction_[2]);
+    const auto row = [&](int ry, int rz) {
+      return lerp(voxel(x, ry, rz), voxel(x + 1, ry, rz), fraction_[0]);
+    };
+    return lerp(lerp(row(y, z), row(y + 1, z), fraction_[1]),
+                lerp(row(y, z + 1), row(y + 1, z + 1), fraction_[1]), fraction_[2]);
   }
 
   /// Central differences over +-1 voxel, in index space.
@@ -71,8 +74,8 @@ std::array<Real, 4> classifyScalar(const KernelScene& scene, Real value) {
 
 /// Headlight's formula.
 template <class Real>
-void shadeScalar(const KernelScene& scene, const std::array<Real, 3>& indexGradient, const std::array<Real, 3>& direction,
-                 std::array<Real, 4>& colour) {
+void shadeScalar(const KernelScene& scene, const std::array<Real, 3>& indexGradient,
+                 const std::array<Real, 3>& direction, std::array<Real, 4>& colour) {
   Real squared = 0, along = 0;
   for (size_t row = 0; row < 3; ++row) {
     Real g = 0;
@@ -82,17 +85,18 @@ void shadeScalar(const KernelScene& scene, const std::array<Real, 3>& indexGradi
   }
   const Real guarded = squared + Real(scene.flatGradientSquared);
   const Real cosine = std::abs(along) / std::sqrt(guarded), weight = squared / guarded;
-  const Real factor = Real(1) - weight * (Real(1) - Real(Headlight::kAmbient)) + Real(Headlight::kDiffuse) * cosine;
+  const Real factor =
+      Real(1) - weight * (Real(1) - Real(Headlight::kAmbient)) + Real(Headlight::kDiffuse) * cosine;
   const Real c2 = cosine * cosine, c4 = c2 * c2, c8 = c4 * c4;
   const Real highlight = colour[3] * Real(Headlight::kSpecular) * c8 * c8;
   for (size_t c = 0; c < 3; ++c) colour[c] = colour[c] * factor + highlight;
 }
 
-/// Adds sample k of one lane, taken from `brick` whose first voxel stands at `brickBase` in grid space, behind what
-/// `partial` holds already (dvr), or into its extremum or sum.
+/// Adds sample k of one lane, taken from `brick` whose first voxel stands at `brickBase` in grid space,
+/// behind what `partial` holds already (dvr), or into its extremum or sum.
 template <class T, class Real>
-void addSample(const KernelScene& scene, const TileRays& rays, int lane, int32_t k, const T* brick, const Vec3d& brickBase,
-               Real* partial, TileCounters& counters) {
+void addSample(const KernelScene& scene, const TileRays& rays, int lane, int32_t k, const T* brick,
+               const Vec3d& brickBase, Real* partial, TileCounters& counters) {
   std::array<Real, 3> local, direction;
   for (int a = 0; a < 3; ++a) {
     local[size_t(a)] = Real(rays.origin[a][lane] - brickBase[a] + (k + 0.5) * rays.delta[a][lane]);
@@ -117,8 +121,10 @@ void addSample(const KernelScene& scene, const TileRays& rays, int lane, int32_t
   }
   const std::array<Real, 5> back{colour[0], colour[1], colour[2], colour[3],
                                  colour[3] * (Real(k) + Real(0.5)) * Real(scene.worldStep)};
-  if (scene.depth) over<5>(partial, back.data());
-  else over<4>(partial, back.data());
+  if (scene.depth)
+    over<5>(partial, back.data());
+  else
+    over<4>(partial, back.data());
 }
 
 }  // namespace kairos

@@ -14,8 +14,8 @@ struct Run {
   int32_t kBegin, kEnd;
 };
 
-// Walks the cells an owner ray passes between samples begin and end, in order (a 3D DDA in sample indices: the next
-// cell is entered at the smallest of three integers, so no position is ever accumulated).
+// Walks the cells an owner ray passes between samples begin and end, in order (a 3D DDA in sample indices:
+// the next cell is entered at the smallest of three integers, so no position is ever accumulated).
 template <class Visit>
 void walkCells(const LatticeRay& ray, const Vec3i& gridSize, int32_t begin, int32_t end, Visit&& visit) {
   if (begin >= end) return;
@@ -33,7 +33,8 @@ void walkCells(const LatticeRay& ray, const Vec3i& gridSize, int32_t begin, int3
     const double at = ray.origin[a] + (begin + 0.5) * ray.delta[a];
     cell[a] = std::clamp(int32_t(std::floor(at / kBrickEdge)), 0, gridSize[a] - 1);
     // The crossings decide, not the rounded position: step until sample `begin` lies between two of them.
-    if (const int32_t back = cell[a] + (ray.delta[a] < 0 ? 1 : -1); back >= 0 && back < gridSize[a] && entryCrossing(a) > begin)
+    if (const int32_t back = cell[a] + (ray.delta[a] < 0 ? 1 : -1);
+        back >= 0 && back < gridSize[a] && entryCrossing(a) > begin)
       cell[a] = back;
     while ((next[size_t(a)] = nextCrossing(a)) <= begin) {
       const int32_t moved = cell[a] + (ray.delta[a] < 0 ? -1 : 1);
@@ -67,14 +68,15 @@ LatticeRay laneOwner(const ViewRays& view, const TileRays& rays, int lane) {
   return ray;
 }
 
-// How many cell faces lie between the eye's cell and `cell`: grows by one at every face any ray of the view crosses,
-// so sorting by it is front to back for all rays at once.
+// How many cell faces lie between the eye's cell and `cell`: grows by one at every face any ray of the view
+// crosses, so sorting by it is front to back for all rays at once.
 class DepthOrder {
  public:
   DepthOrder(const ViewRays& view, const TileRays& rays) {
     for (int a = 0; a < 3; ++a) {
       perspective_ = view.perspective();
-      start_[a] = int32_t(std::clamp(std::floor((view.eye()[a] + view.footprintShift()) / kBrickEdge), -1e9, 1e9));
+      start_[a] =
+          int32_t(std::clamp(std::floor((view.eye()[a] + view.footprintShift()) / kBrickEdge), -1e9, 1e9));
       sign_[a] = rays.delta[a][0] < 0 ? -1 : 1;
     }
   }
@@ -90,7 +92,8 @@ class DepthOrder {
   Vec3i start_, sign_;
 };
 
-void listLaneOwned(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize, std::vector<Segment>& segments) {
+void listLaneOwned(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                   std::vector<Segment>& segments) {
   struct Ordered {
     int64_t order;
     Segment segment;
@@ -117,7 +120,8 @@ void listLaneOwned(const ViewRays& view, const TileRays& rays, const Vec3i& grid
 
 }  // namespace
 
-void listSegments(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize, std::vector<Segment>& segments) {
+void listSegments(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                  std::vector<Segment>& segments) {
   if (!rays.packetOwned) return listLaneOwned(view, rays, gridSize, segments);
   walkCells(rays.owner, gridSize, rays.firstSample(), rays.lastSample(), [&](const Run& run) {
     segments.push_back({cellIndex(run.cell, gridSize), run.kBegin, run.kEnd});
@@ -149,7 +153,8 @@ size_t axisBits(int lo, int hi) {
 
 }  // namespace
 
-uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize, const Segment& segment) {
+uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                          const Segment& segment) {
   const Vec3i cell{int32_t(segment.cell) % gridSize.x, int32_t(segment.cell) / gridSize.x % gridSize.y,
                    int32_t(segment.cell) / gridSize.x / gridSize.y};
   double o0[3], o1[3], d0[3], d1[3];

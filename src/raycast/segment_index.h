@@ -10,18 +10,20 @@
 
 namespace kairos {
 
-/// The samples [kBegin, kEnd) of a tile that one brick owns. Where the tile is not packet-owned, a lane's share is the
-/// part of them between its own crossings of the brick's faces.
+/// The samples [kBegin, kEnd) of a tile that one brick owns. Where the tile is not packet-owned, a lane's
+/// share is the part of them between its own crossings of the brick's faces.
 struct Segment {
   uint32_t cell;
   int32_t kBegin, kEnd;
 };
 
 /// Lists a tile's segments front to back (for each of its rays). Appends to `segments`.
-void listSegments(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize, std::vector<Segment>& segments);
+void listSegments(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                  std::vector<Segment>& segments);
 
 /// The sub-blocks of its brick that a segment's samples may read, one bit each; never misses one.
-uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize, const Segment& segment);
+uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                          const Segment& segment);
 
 /// All segments of a view, tile by tile, and the way back from bricks to segments.
 class SegmentIndex {

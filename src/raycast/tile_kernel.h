@@ -13,9 +13,9 @@ namespace kairos {
 /// What all tiles of a frame share. Pointers stay valid during the frame.
 struct KernelScene {
   ElementType type;
-  const void* const* bricks;     // per cell
-  const uint8_t* visible;        // per cell
-  const uint64_t* windows;       // per cell: which of its windows are visible
+  const void* const* bricks;  // per cell
+  const uint8_t* visible;     // per cell
+  const uint64_t* windows;    // per cell: which of its windows are visible
   Vec3i gridSize;
 
   const ClassificationTable::Interval* intervals;
@@ -33,15 +33,15 @@ struct KernelScene {
   float flatGradientSquared;           // g0^2 of Headlight
 };
 
-KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume, const ClassificationTable& table,
-                            const Occupancy& occupancy);
+KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume,
+                            const ClassificationTable& table, const Occupancy& occupancy);
 
 /// Counts of work done, added up over tiles.
 struct TileCounters {
-  uint64_t samples = 0;              // classified (dvr) or accumulated (mip, average) samples
+  uint64_t samples = 0;  // classified (dvr) or accumulated (mip, average) samples
   uint64_t segmentsIntegrated = 0;
-  uint64_t segmentsComposited = 0;   // reused ones included
-  uint64_t segmentsSkipped = 0;      // in invisible bricks
+  uint64_t segmentsComposited = 0;  // reused ones included
+  uint64_t segmentsSkipped = 0;     // in invisible bricks
   uint64_t gradients = 0;
 
   TileCounters& operator+=(const TileCounters& o) {
@@ -54,11 +54,11 @@ struct TileCounters {
   }
 };
 
-/// A tile to cast: its rays and its segments, front to back. With `partials` (segments x channels x 16 floats, the first
-/// segment's first) and `stale` (a flag per segment), partials of segments that are not stale are reused, and those
-/// that are and turn out to matter are integrated, kept, and marked fresh; segments behind the point where all rays have
-/// terminated stay as they are. Without them everything is integrated and nothing kept.
-/// `pixels` receives RenderSettings::pixelPlanes() x 16 floats.
+/// A tile to cast: its rays and its segments, front to back. With `partials` (segments x channels x 16
+/// floats, the first segment's first) and `stale` (a flag per segment), partials of segments that are not
+/// stale are reused, and those that are and turn out to matter are integrated, kept, and marked fresh;
+/// segments behind the point where all rays have terminated stay as they are. Without them everything is
+/// integrated and nothing kept. `pixels` receives RenderSettings::pixelPlanes() x 16 floats.
 struct TileTask {
   const TileRays* rays;
   const Segment* segments;
@@ -71,12 +71,13 @@ struct TileTask {
 /// Casts one tile. Thread-safe, allocates nothing, never throws.
 using TileKernel = void (*)(const KernelScene&, const TileTask&, TileCounters&);
 
-/// The general kernel (any view, any filter): 16 rays at once with pair loads, compiled for several instruction sets
-/// through Highway. Throws OptionError("--isa") where this machine lacks the one asked for.
+/// The general kernel (any view, any filter): 16 rays at once with pair loads, compiled for several
+/// instruction sets through Highway. Throws OptionError("--isa") where this machine lacks the one asked for.
 TileKernel generalKernel(const KernelScene& scene, Isa isa);
 
-/// The packet kernel: a packet's neighbourhood held in registers; takes the general kernel for segments whose packet is spread
-/// too wide. Null where this machine, the instruction set asked for, or the scene (filter, mode, shading) has none.
+/// The packet kernel: a packet's neighbourhood held in registers; takes the general kernel for segments whose
+/// packet is spread too wide. Null where this machine, the instruction set asked for, or the scene (filter,
+/// mode, shading) has none.
 TileKernel packetKernel(const KernelScene& scene, Isa isa);
 
 /// The fastest kernel for the scene: the packet kernel where there is one, else the general one.
@@ -87,7 +88,8 @@ TileKernel scalarKernel(const KernelScene& scene);
 
 /// What `Isa::automatic` stands for here: the best set both compiled and supported.
 Isa bestIsa();
-/// Every instruction set generalKernel accepts on this machine, best first; the scalar reference is not among them.
+/// Every instruction set generalKernel accepts on this machine, best first; the scalar reference is not among
+/// them.
 const std::vector<Isa>& supportedIsas();
 const char* name(Isa isa);
 

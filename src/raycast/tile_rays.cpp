@@ -13,7 +13,9 @@ constexpr double kMaxIndex = 1 << 30;
 // Slopes below this are none: their inverse would overflow.
 constexpr double kParallel = 1e-250;
 
-int32_t toIndex(double k) { return int32_t(std::clamp(k, -kMaxIndex, kMaxIndex)); }
+int32_t toIndex(double k) {
+  return int32_t(std::clamp(k, -kMaxIndex, kMaxIndex));
+}
 
 // Narrows [begin, end) to the samples with lo <= origin + (k + 0.5) * delta <= hi.
 void clipToSlab(double lo, double hi, double origin, double delta, int32_t& begin, int32_t& end) {
@@ -73,7 +75,8 @@ ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const
   down_ = -gridFromWorld_.vector(generator_.up());
   forward_ = gridFromWorld_.vector(generator_.forward());
   const PointBox world = lattice.worldBounds();
-  const double farthest = length(settings.camera.eye - (world.lo + world.hi) * 0.5) + length(world.hi - world.lo);
+  const double farthest =
+      length(settings.camera.eye - (world.lo + world.hi) * 0.5) + length(world.hi - world.lo);
   if (!(farthest / worldStep_ < kMaxIndex / 2))
     throw OptionError("--eye", "the camera is " + std::to_string(farthest / worldStep_) +
                                    " sample distances away from the volume, expected fewer than 5e8");
@@ -130,8 +133,8 @@ void ViewRays::findSampleRanges(int tile, TileRays& rays) const {
 }
 
 void ViewRays::decideOwnership(TileRays& rays) const {
-  // The smallest corner of all lanes at sample k is itself a ray: lanes share their origin (perspective) or their
-  // direction (orthographic), and k + 0.5 > 0.
+  // The smallest corner of all lanes at sample k is itself a ray: lanes share their origin (perspective) or
+  // their direction (orthographic), and k + 0.5 > 0.
   Vec3d widest;
   const double tEnd = rays.lastSample() + 0.5;
   for (int a = 0; a < 3; ++a) {

@@ -13,27 +13,30 @@ namespace kairos {
 inline constexpr int kTileEdge = 4;
 inline constexpr int kLanes = 16;
 
-/// A ray in grid space (voxels, relative to BrickVolume::gridOrigin), on the lattice of samples: sample k stands at
-/// origin + (k + 0.5) * delta, k an integer counted from the ray's world origin.
+/// A ray in grid space (voxels, relative to BrickVolume::gridOrigin), on the lattice of samples: sample k
+/// stands at origin + (k + 0.5) * delta, k an integer counted from the ray's world origin.
 struct LatticeRay {
   Vec3d origin, delta;
 };
 
-/// The first sample index at which a ray has passed the plane `x = plane` of one axis. Both bricks that share the plane
-/// ask this one function, so a sample belongs to exactly one brick whatever the rounding. A ray parallel to the plane
-/// counts as moving infinitely slowly in the positive direction. Clamped to +-2^30. `delta` is 0 or no denormal number.
+/// The first sample index at which a ray has passed the plane `x = plane` of one axis. Both bricks that share
+/// the plane ask this one function, so a sample belongs to exactly one brick whatever the rounding. A ray
+/// parallel to the plane counts as moving infinitely slowly in the positive direction. Clamped to +-2^30.
+/// `delta` is 0 or no denormal number.
 int32_t firstSampleBeyond(double plane, double origin, double delta);
 
 /// The 16 rays of a tile, in grid space, lane by lane.
 struct alignas(64) TileRays {
   double origin[3][kLanes], delta[3][kLanes];
-  float direction[3][kLanes];               // unit vectors in world space; only where the view is shaded
-  int32_t kBegin[kLanes], kEnd[kLanes];     // samples inside the volume and the clip box; empty for lanes off the image
+  float direction[3][kLanes];  // unit vectors in world space; only where the view is shaded
+  int32_t kBegin[kLanes],
+      kEnd[kLanes];  // samples inside the volume and the clip box; empty for lanes off the image
 
-  /// Sample ownership. A brick owns sample k of lane l when it contains the low corner of the sample's footprint. Where
-  /// all 16 footprints together fit one brick with its apron along the whole tile (`packetOwned`), the low corner is
-  /// that of their union, so that the packet never needs a second brick; it moves along `owner`, a ray of its own.
-  /// Otherwise each lane has its own. Grid space, footprint shift included.
+  /// Sample ownership. A brick owns sample k of lane l when it contains the low corner of the sample's
+  /// footprint. Where all 16 footprints together fit one brick with its apron along the whole tile
+  /// (`packetOwned`), the low corner is that of their union, so that the packet never needs a second brick;
+  /// it moves along `owner`, a ray of its own. Otherwise each lane has its own. Grid space, footprint shift
+  /// included.
   bool packetOwned;
   LatticeRay owner;
   /// How far apart the lanes lie along each axis at sample k, in voxels: spread + (k + 0.5) * spreadDelta.
@@ -46,7 +49,8 @@ struct alignas(64) TileRays {
 /// All tiles' rays of one view of one lattice; immutable, safe to share between threads.
 class ViewRays {
  public:
-  /// Throws OptionError when the sample indices would not fit 30 bits (a camera absurdly far away for the step).
+  /// Throws OptionError when the sample indices would not fit 30 bits (a camera absurdly far away for the
+  /// step).
   ViewRays(const RenderSettings& settings, const Lattice& lattice, const Vec3i& gridOrigin);
 
   int width() const { return width_; }
@@ -61,8 +65,8 @@ class ViewRays {
   double footprintShift() const { return shift_; }
   int footprintWidth() const { return footprintWidth_; }
 
-  /// Everything about a tile's rays. `geometry` alone leaves out sample ranges and ownership, which never change and
-  /// may be kept by the caller.
+  /// Everything about a tile's rays. `geometry` alone leaves out sample ranges and ownership, which never
+  /// change and may be kept by the caller.
   TileRays rays(int tile) const;
   void geometry(int tile, TileRays& rays) const;
 
@@ -80,9 +84,9 @@ class ViewRays {
   Affine gridFromWorld_;
   Vec3d eye_;
   Vec3d right_, down_, forward_;  // image axes in grid space, one world unit long
-  PointBox samplingBox_;  // grid space
+  PointBox samplingBox_;          // grid space
   bool clipped_;
-  PointBox clipBox_;      // world space
+  PointBox clipBox_;  // world space
 };
 
 }  // namespace kairos

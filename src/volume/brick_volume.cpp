@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <string>
@@ -20,7 +21,8 @@ class BrickVolume::Pool {
 
   // The window ranges stand behind the voxels.
   ValueRange* windows(const void* brick) const {
-    return reinterpret_cast<ValueRange*>(const_cast<std::byte*>(static_cast<const std::byte*>(brick)) + windowOffset_);
+    return reinterpret_cast<ValueRange*>(const_cast<std::byte*>(static_cast<const std::byte*>(brick)) +
+                                         windowOffset_);
   }
 
   void* allocate() {
@@ -29,7 +31,8 @@ class BrickVolume::Pool {
       void* chunk = std::aligned_alloc(64, kChunkBricks * brickBytes_);
       if (chunk == nullptr) throw std::bad_alloc();
       chunks_.emplace_back(chunk);
-      for (size_t i = kChunkBricks; i-- > 0;) free_.push_back(static_cast<std::byte*>(chunk) + i * brickBytes_);
+      for (size_t i = kChunkBricks; i-- > 0;)
+        free_.push_back(static_cast<std::byte*>(chunk) + i * brickBytes_);
     }
     void* brick = free_.back();
     free_.pop_back();
@@ -70,13 +73,15 @@ struct BrickVolume::Placement {
 
 namespace {
 
-// How far below the sampling box a footprint's low corner may start: one voxel for the sampling margin, one for the
-// gradient stencil, three for the smallest corner of a 4x4 packet.
+// How far below the sampling box a footprint's low corner may start: one voxel for the sampling margin, one
+// for the gradient stencil, three for the smallest corner of a 4x4 packet.
 constexpr int kLowMargin = 5;
 
 constexpr int kBlocks = kBrickStride / kWindowBlock;  // 4^3 blocks along a brick's edge, apron included
 
-ValueRange unite(ValueRange a, ValueRange b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }
+ValueRange unite(ValueRange a, ValueRange b) {
+  return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)};
+}
 
 // Ranges of the five blocks in one row of blocks.
 template <class T>
@@ -110,7 +115,8 @@ ValueRange summarise(const T* voxels, ValueRange* windows) {
     for (int y = 0; y < kBlocks - 1; ++y)
       for (int x = 0; x < kBlocks - 1; ++x) {
         ValueRange window = blocks[z][y][x];
-        for (int n = 1; n < 8; ++n) window = unite(window, blocks[z + (n >> 2)][y + (n >> 1 & 1)][x + (n & 1)]);
+        for (int n = 1; n < 8; ++n)
+          window = unite(window, blocks[z + (n >> 2)][y + (n >> 1 & 1)][x + (n & 1)]);
         windows[x + 4 * y + 16 * z] = window;
         all = unite(all, window);
       }
@@ -119,16 +125,80 @@ ValueRange summarise(const T* voxels, ValueRange* windows) {
 
 // Which of the four 5-voxel blocks along x a 20-bit row mask touches.
 constexpr uint64_t blocksOfRow(uint32_t row) {
-  return uint64_t((row & 0x1f) != 0) | uint64_t((row & 0x3e0) != 0) << 1 | uint64_t((row & 0x7c00) != 0) << 2 |
-         uint64_t((row & 0xf8000) != 0) << 3;
+  return uint64_t((row & 0x1f) != 0) | uint64_t((row & 0x3e0) != 0) << 1 |
+         uint64_t((row & 0x7c00) != 0) << 2 | uint64_t((row & 0xf8000) != 0) << 3;
 }
 
 template <class T>
 T stored(T value, T background) {
-  return isFiniteValue(value) ? value : background;
+  // A comparison rather than isfinite, so that rows are converted by vector instructions.
+  if constexpr (std::is_floating_point_v<T>)
+    return std::abs(value) <= std::numeric_limits<T>::max() ? value : background;
+  return value;
 }
 
-constexpr std::array<uint64_t, 8> kAllChanged{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
+// Copies a whole or half row of a leaf.
+template <class T>
+void storeRow(const T* values, int count, T background, T* out) {
+  if (count == kLeafEdge) {
+    for (int x = 0; x < kLeafEdge; ++x) out[x] = stored(values[x], background);
+  } else {
+    for (int x = 0; x < kBrickApron; ++x) out[x] = stored(values[x], background);
+  }
+}
+
+// Sub-blocks that a box of a brick's voxels touches.
+uint64_t subBlocksOfBox(const Vec3i& lo, const Vec3i& size) {
+  const auto axis = [](int first, int count, int bit) {
+    uint64_t bits = 0;
+    for (int b = first / kSubBlockEdge; b <= (first + count - 1) / kSubBlockEdge; ++b)
+      bits |= uint64_t(1) << (b * bit);
+    return bits;
+  };
+  // Products of sums of distinct powers never carry.
+  return axis(lo.x, size.x, 1) * axis(lo.y, size.y, 4) * axis(lo.z, size.z, 16);
+}
+
+template <class T>
+void storeWholeLeaf(const T* values, const Vec3i& at, const Vec3i& size, T background, T* brick) {
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      storeRow(values + leafOffset(0, y, z), size.x, background,
+               brick + ((at.z + z) * kBrickStride + at.y + y) * kBrickStride + at.x);
+}
+
+// Writes the changed voxels of a leaf; returns the sub-blocks they fall in.
+template <class T>
+uint64_t storeChangedVoxels(const uint64_t* mask, const T* values, const Vec3i& at, const Vec3i& size,
+                            T background, T* brick) {
+  uint64_t subBlocks = 0;
+  const uint32_t columns = (1u << size.x) - 1;
+  for (int z = 0; z < size.z; ++z) {
+    const T* next = values;
+    values += std::popcount(mask[z]);
+    for (int y = 0; y < size.y; ++y) {
+      const auto row = uint32_t(mask[z] >> (8 * y)) & 0xff;
+      if (row == 0) continue;
+      T* out = brick + ((at.z + z) * kBrickStride + at.y + y) * kBrickStride + at.x;
+      if (row == 0xff) {
+        storeRow(next, size.x, background, out);
+      } else {
+        const T* value = next;
+        for (uint32_t bits = row; bits != 0; bits &= bits - 1, ++value)
+          if (const int x = std::countr_zero(bits); x < size.x) out[x] = stored(*value, background);
+      }
+      next += std::popcount(row);
+      subBlocks |= blocksOfRow((row & columns) << at.x)
+                   << (4 * ((at.y + y) / kSubBlockEdge) + 16 * ((at.z + z) / kSubBlockEdge));
+    }
+  }
+  return subBlocks;
+}
+
+// Whether all 512 voxels of a leaf changed.
+bool wholeLeaf(const uint64_t* mask) {
+  return mask == nullptr || std::all_of(mask, mask + 8, [](uint64_t word) { return word == ~uint64_t(0); });
+}
 
 }  // namespace
 
@@ -144,7 +214,8 @@ void checkFits(const Lattice& lattice, const Field& field) {
   if (field.type() != lattice.type)
     throw StateError("the field holds " + std::string(name(field.type())) + " values, its lattice says " +
                      std::string(name(lattice.type)));
-  if (field.background != lattice.background && !(std::isnan(field.background) && std::isnan(lattice.background)))
+  if (field.background != lattice.background &&
+      !(std::isnan(field.background) && std::isnan(lattice.background)))
     throw StateError("the field's background is " + std::to_string(field.background) + ", its lattice says " +
                      std::to_string(lattice.background));
   for (const Vec3i& origin : field.leafOrigins) {
@@ -171,7 +242,8 @@ BrickVolume::BrickVolume(const Lattice& lattice, const Field& field, ThreadPool&
   constexpr int64_t kMaxCells = int64_t(1) << 31;
   for (int a = 0; a < 3; ++a) {
     // In 64 bits, since any box of 32-bit voxel indices may come along.
-    const int64_t low = int64_t(domain.lo[a]) - kLowMargin, origin = low - ((low % kLeafEdge) + kLeafEdge) % kLeafEdge;
+    const int64_t low = int64_t(domain.lo[a]) - kLowMargin,
+                  origin = low - ((low % kLeafEdge) + kLeafEdge) % kLeafEdge;
     const int64_t size = (domain.hi[a] + int64_t(1) - origin + kBrickEdge - 1) / kBrickEdge;
     cells = std::min(cells * size, kMaxCells + 1);
     gridOrigin_[a] = int32_t(origin);
@@ -215,18 +287,22 @@ uint64_t BrickVolume::memoryBytes() const {
   return pool_->bytes() + bricks_.size() * (sizeof(void*) + sizeof(ValueRange));
 }
 
-uint32_t BrickVolume::allocatedBricks() const { return pool_->allocated(); }
+uint32_t BrickVolume::allocatedBricks() const {
+  return pool_->allocated();
+}
 
 namespace {
 
-// A simulation may have filled these in itself; anything else than whole leaves would write outside the bricks.
+// A simulation may have filled these in itself; anything else than whole leaves would write outside the
+// bricks.
 void checkWellFormed(const ChangedLeaf& leaf, uint64_t valueCount) {
   if (leaf.origin != leafOriginOf(leaf.origin))
     throw StateError("changed leaf " + positionText(leaf.origin) + " does not start at multiples of 8");
   const auto count = uint64_t(leaf.count());
   if (leaf.first > valueCount || count > valueCount - leaf.first)
-    throw StateError("changed leaf " + positionText(leaf.origin) + " takes " + std::to_string(count) + " values from number " +
-                     std::to_string(leaf.first) + " on, but there are " + std::to_string(valueCount));
+    throw StateError("changed leaf " + positionText(leaf.origin) + " takes " + std::to_string(count) +
+                     " values from number " + std::to_string(leaf.first) + " on, but there are " +
+                     std::to_string(valueCount));
 }
 
 void checkInsideDomain(const ChangedLeaf& leaf, const VoxelBox& domain) {
@@ -245,8 +321,8 @@ void checkInsideDomain(const ChangedLeaf& leaf, const VoxelBox& domain) {
 
 const DirtyBricks& BrickVolume::apply(const ChangedVoxels& changes, ThreadPool& pool) {
   if (changes.type() != lattice_.type)
-    throw StateError("changed voxels hold " + std::string(name(changes.type())) + " values, the volume holds " +
-                     std::string(name(lattice_.type)));
+    throw StateError("changed voxels hold " + std::string(name(changes.type())) +
+                     " values, the volume holds " + std::string(name(lattice_.type)));
   for (const ChangedLeaf& leaf : changes.leaves) {
     checkWellFormed(leaf, changes.count());
     checkInsideDomain(leaf, lattice_.domain);
@@ -295,15 +371,16 @@ void BrickVolume::scatter(std::span<const LeafView> leaves, ThreadPool& pool) {
   dispatch(lattice_.type, [&]<class T>() {
     pool.forEach(dirty_.cells.size(), 4, [&](size_t begin, size_t end) {
       for (size_t g = begin; g < end; ++g)
-        updateBrick<T>(dirty_.cells[g], std::span(placements_).subspan(groups_[g], groups_[g + 1] - groups_[g]), leaves,
+        updateBrick<T>(dirty_.cells[g],
+                       std::span(placements_).subspan(groups_[g], groups_[g + 1] - groups_[g]), leaves,
                        dirty_.subBlocks[g]);
     });
   });
 }
 
 template <class T>
-void BrickVolume::updateBrick(uint32_t cell, std::span<const Placement> placements, std::span<const LeafView> leaves,
-                              uint64_t& subBlocks) {
+void BrickVolume::updateBrick(uint32_t cell, std::span<const Placement> placements,
+                              std::span<const LeafView> leaves, uint64_t& subBlocks) {
   const T background = T(background_);
   T* brick = const_cast<T*>(static_cast<const T*>(bricks_[cell]));
   if (brick == backgroundBrick_) {
@@ -313,28 +390,16 @@ void BrickVolume::updateBrick(uint32_t cell, std::span<const Placement> placemen
   const Vec3i origin = cellOrigin(cell);
   for (const Placement& placement : placements) {
     const LeafView& leaf = leaves[placement.leaf];
-    const Vec3i at = leaf.origin - origin;  // 0, 8 or 16 on each axis; from 16 on only the apron's half is ours
-    const Vec3i extent{std::min(8, kBrickStride - at.x), std::min(8, kBrickStride - at.y), std::min(8, kBrickStride - at.z)};
-    const uint32_t columns = (1u << extent.x) - 1;
+    const Vec3i at =
+        leaf.origin - origin;  // 0, 8 or 16 on each axis; from 16 on only the apron's half is ours
+    const Vec3i extent{std::min(8, kBrickStride - at.x), std::min(8, kBrickStride - at.y),
+                       std::min(8, kBrickStride - at.z)};
     const T* values = static_cast<const T*>(leaf.values);
-    const uint64_t* mask = leaf.mask ? leaf.mask : kAllChanged.data();
-    for (int z = 0; z < extent.z; ++z) {
-      const T* next = values;
-      values += std::popcount(mask[z]);
-      for (int y = 0; y < extent.y; ++y) {
-        const auto row = uint32_t(mask[z] >> (8 * y)) & 0xff;
-        if (row == 0) continue;
-        T* out = brick + ((at.z + z) * kBrickStride + at.y + y) * kBrickStride + at.x;
-        if (row == 0xff) {
-          for (int x = 0; x < extent.x; ++x) out[x] = stored(next[x], background);
-        } else {
-          const T* value = next;
-          for (uint32_t bits = row; bits != 0; bits &= bits - 1, ++value)
-            if (const int x = std::countr_zero(bits); x < extent.x) out[x] = stored(*value, background);
-        }
-        next += std::popcount(row);
-        subBlocks |= blocksOfRow((row & columns) << at.x) << (4 * ((at.y + y) / kSubBlockEdge) + 16 * ((at.z + z) / kSubBlockEdge));
-      }
+    if (wholeLeaf(leaf.mask)) {
+      storeWholeLeaf(values, at, extent, background, brick);
+      subBlocks |= subBlocksOfBox(at, extent);
+    } else {
+      subBlocks |= storeChangedVoxels(leaf.mask, values, at, extent, background, brick);
     }
   }
   ranges_[cell] = summarise(brick, pool_->windows(brick));

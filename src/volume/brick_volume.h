@@ -13,9 +13,9 @@
 
 namespace kairos {
 
-/// A brick owns 16^3 voxels and copies the 4 that follow on each axis (the apron), so that whatever footprint starts
-/// in the 16^3 and spans up to 5 voxels is read from one brick. Voxel (x, y, z) of a brick, 0 <= x, y, z < 20, stands
-/// at x + 20 y + 400 z.
+/// A brick owns 16^3 voxels and copies the 4 that follow on each axis (the apron), so that whatever footprint
+/// starts in the 16^3 and spans up to 5 voxels is read from one brick. Voxel (x, y, z) of a brick, 0 <= x, y,
+/// z < 20, stands at x + 20 y + 400 z.
 inline constexpr int kBrickEdge = 16;
 inline constexpr int kBrickApron = 4;
 inline constexpr int kBrickStride = kBrickEdge + kBrickApron;
@@ -24,8 +24,8 @@ inline constexpr int kBrickVoxels = kBrickStride * kBrickStride * kBrickStride;
 /// A sub-block is 5^3 of a brick's 20^3 voxels; bit bx + 4 by + 16 bz of a 64-bit mask stands for one.
 inline constexpr int kSubBlockEdge = 5;
 
-/// A window is the part of a brick that footprints starting in one 4^3 block of its 16^3 voxels can read: 8^3 voxels from
-/// the block's first. Window bx + 4 by + 16 bz belongs to block (bx, by, bz).
+/// A window is the part of a brick that footprints starting in one 4^3 block of its 16^3 voxels can read: 8^3
+/// voxels from the block's first. Window bx + 4 by + 16 bz belongs to block (bx, by, bz).
 inline constexpr int kWindowBlock = 4;
 inline constexpr int kWindows = 64;
 
@@ -35,9 +35,9 @@ struct DirtyBricks {
   std::vector<uint64_t> subBlocks;  // which sub-blocks of each received new values
 };
 
-/// Bricks of one element type over a fixed domain. A cell is a place in the brick grid; cells whose brick and apron hold
-/// nothing but the background share one brick. NaN and infinities are stored as the background ("absent").
-/// Reading is safe from several threads; `apply` is not concurrent with it.
+/// Bricks of one element type over a fixed domain. A cell is a place in the brick grid; cells whose brick and
+/// apron hold nothing but the background share one brick. NaN and infinities are stored as the background
+/// ("absent"). Reading is safe from several threads; `apply` is not concurrent with it.
 class BrickVolume {
  public:
   BrickVolume(const Lattice& lattice, const Field& field, ThreadPool& pool);
@@ -71,9 +71,9 @@ class BrickVolume {
   std::span<const ValueRange, kWindows> windowRanges(uint32_t cell) const;
   bool isBackground(uint32_t cell) const { return bricks_[cell] == backgroundBrick_; }
 
-  /// Writes the new values into every brick and apron that holds them, and refreshes value ranges in the same pass.
-  /// Throws StateError for another element type or a voxel outside the domain; the volume is then unchanged.
-  /// The result is valid until the next call.
+  /// Writes the new values into every brick and apron that holds them, and refreshes value ranges in the same
+  /// pass. Throws StateError for another element type or a voxel outside the domain; the volume is then
+  /// unchanged. The result is valid until the next call.
   const DirtyBricks& apply(const ChangedVoxels& changes, ThreadPool& pool);
 
   uint64_t memoryBytes() const;

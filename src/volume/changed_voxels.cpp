@@ -23,7 +23,7 @@ int nthChangedOffset(const std::array<uint64_t, 8>& mask, uint64_t n) {
   return kLeafVoxels;
 }
 
-// FNV-1a over 64-bit words with a final mix: quick, order-dependent, no cryptographic claim.
+// FNV-1a over 64-bit words, with the high bits folded in: quick, order-dependent, no cryptographic claim.
 class ContentHash {
  public:
   void add(uint64_t word) { hash_ = (hash_ ^ word) * 0x100000001b3ull ^ (hash_ >> 29); }
@@ -47,8 +47,8 @@ class ContentHash {
 }  // namespace
 
 Vec3i ChangedVoxels::locate(uint64_t i) const {
-  const auto after =
-      std::upper_bound(leaves.begin(), leaves.end(), i, [](uint64_t n, const ChangedLeaf& l) { return n < l.first; });
+  const auto after = std::upper_bound(leaves.begin(), leaves.end(), i,
+                                      [](uint64_t n, const ChangedLeaf& l) { return n < l.first; });
   const ChangedLeaf& leaf = *std::prev(after);
   const int offset = nthChangedOffset(leaf.mask, i - leaf.first);
   return leaf.origin + Vec3i{offset & 7, (offset >> 3) & 7, offset >> 6};
@@ -94,7 +94,8 @@ void addMissingLeaves(const ChangedVoxels& changes, Field& field) {
   values.resize(to * kLeafVoxels);
   while (to > from) {
     --to;
-    while (change > 0 && from > 0 && lessZYX(changes.leaves[change - 1].origin, field.leafOrigins[from - 1])) {
+    while (change > 0 && from > 0 &&
+           lessZYX(changes.leaves[change - 1].origin, field.leafOrigins[from - 1])) {
       field.leafOrigins[to] = field.leafOrigins[from - 1];
       std::memcpy(&values[to * kLeafVoxels], &values[(from - 1) * kLeafVoxels], kLeafVoxels * sizeof(T));
       --from;
@@ -118,8 +119,8 @@ void addMissingLeaves(const ChangedVoxels& changes, Field& field) {
 
 void applyChanges(const ChangedVoxels& changes, Field& field) {
   if (changes.type() != field.type())
-    throw StateError("changed voxels hold " + std::string(name(changes.type())) + " values, the field holds " +
-                     std::string(name(field.type())));
+    throw StateError("changed voxels hold " + std::string(name(changes.type())) +
+                     " values, the field holds " + std::string(name(field.type())));
   dispatch(field.type(), [&]<class T>() {
     addMissingLeaves<T>(changes, field);
     auto& values = valuesAs<T>(field.values);

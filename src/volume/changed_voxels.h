@@ -25,8 +25,8 @@ struct ChangedLeaf {
   }
 };
 
-/// Changed voxels and their new values; leaves sorted (lessZYX), unique and non-empty. Voxel number i of the whole set
-/// is found in O(log leaves) by `locate`, which random sampling without replacement needs.
+/// Changed voxels and their new values; leaves sorted (lessZYX), unique and non-empty. Voxel number i of the
+/// whole set is found in O(log leaves) by `locate`, which random sampling without replacement needs.
 struct ChangedVoxels {
   std::vector<ChangedLeaf> leaves;
   VoxelArray values;
@@ -46,8 +46,8 @@ struct ChangedVoxels {
 /// 64-bit hash of positions and new values, which a differential file carries so that damage is noticed.
 uint64_t contentChecksum(const ChangedVoxels& changes);
 
-/// Writes the new values into `field`, adding leaves where needed. Throws StateError when the element types differ.
-/// Leaves that return to the background stay stored (their values are the background's).
+/// Writes the new values into `field`, adding leaves where needed. Throws StateError when the element types
+/// differ. Leaves that return to the background stay stored (their values are the background's).
 void applyChanges(const ChangedVoxels& changes, Field& field);
 
 }  // namespace kairos

@@ -10,8 +10,10 @@ namespace {
 // Bits of a value, zero-extended: what "changed" and the checksums compare.
 template <class T>
 uint64_t bitsOf(T value) {
-  if constexpr (std::is_same_v<T, float>) return std::bit_cast<uint32_t>(value);
-  else return value;
+  if constexpr (std::is_same_v<T, float>)
+    return std::bit_cast<uint32_t>(value);
+  else
+    return value;
 }
 
 uint64_t mix(uint64_t x) {  // splitmix64's finaliser (Steele et al. 2014)
@@ -32,8 +34,11 @@ double Field::value(const Vec3i& v) const {
   const int64_t leaf = findLeaf(origin);
   if (leaf < 0) return background;
   const Vec3i local = v - origin;
-  return std::visit([&](const auto& a) { return double(a[size_t(leaf) * kLeafVoxels + leafOffset(local.x, local.y, local.z)]); },
-                    values);
+  return std::visit(
+      [&](const auto& a) {
+        return double(a[size_t(leaf) * kLeafVoxels + leafOffset(local.x, local.y, local.z)]);
+      },
+      values);
 }
 
 PointBox Lattice::samplingBox() const {
@@ -78,9 +83,11 @@ Field fieldFromDense(const T* values, const Vec3i& dims, T background, const Vec
           for (int vy = part.lo.y; vy < part.hi.y; ++vy) {
             const Vec3i v = Vec3i{part.lo.x, vy, vz} - origin;
             std::memcpy(leaf + leafOffset(part.lo.x - x, vy - y, vz - z),
-                        values + (int64_t(v.z) * dims.y + v.y) * dims.x + v.x, size_t(part.hi.x - part.lo.x) * sizeof(T));
+                        values + (int64_t(v.z) * dims.y + v.y) * dims.x + v.x,
+                        size_t(part.hi.x - part.lo.x) * sizeof(T));
           }
-        if (std::all_of(leaf, leaf + kLeafVoxels, [&](T v) { return bitsOf(v) == bitsOf(background); })) continue;
+        if (std::all_of(leaf, leaf + kLeafVoxels, [&](T v) { return bitsOf(v) == bitsOf(background); }))
+          continue;
         field.leafOrigins.push_back({x, y, z});
         out.insert(out.end(), leaf, leaf + kLeafVoxels);
       }

@@ -1,5 +1,5 @@
-// One time step of a simulation, independent of any file format: the sparse scalar field that files are read into,
-// that steps are compared with, and that the render-side volume is built from.
+// One time step of a simulation, independent of any file format: the sparse scalar field that files are read
+// into, that steps are compared with, and that the render-side volume is built from.
 #pragma once
 
 #include <array>
@@ -15,7 +15,9 @@ namespace kairos {
 /// A leaf is 8^3 voxels whose origin is a multiple of 8; voxel (x, y, z) of it has offset x + 8 y + 64 z.
 inline constexpr int kLeafEdge = 8;
 inline constexpr int kLeafVoxels = 512;
-constexpr int leafOffset(int x, int y, int z) { return x + 8 * y + 64 * z; }
+constexpr int leafOffset(int x, int y, int z) {
+  return x + 8 * y + 64 * z;
+}
 constexpr Vec3i leafOriginOf(const Vec3i& v) {
   return {floorToMultiple(v.x, kLeafEdge), floorToMultiple(v.y, kLeafEdge), floorToMultiple(v.z, kLeafEdge)};
 }
@@ -24,8 +26,8 @@ constexpr Vec3i leafOriginOf(const Vec3i& v) {
 /// Leaves are sorted (lessZYX) and unique; leaf i owns values [512 i, 512 i + 512) of `values`.
 /// Values are exact copies of the simulation's, NaN and infinities included.
 struct Field {
-  double background = 0;          // exactly representable in the element type
-  VoxelBox bounds;                // voxels that may differ from the background
+  double background = 0;  // exactly representable in the element type
+  VoxelBox bounds;        // voxels that may differ from the background
   std::vector<Vec3i> leafOrigins;
   VoxelArray values;
 
@@ -44,8 +46,8 @@ struct Lattice {
   Affine worldFromIndex;
   /// Voxels that any step may hold away from the background.
   VoxelBox domain;
-  /// Dense data (raw files, arrays): the field ends at the outermost voxel centres. Otherwise (VDB): it fades to
-  /// the background within one voxel outside the domain.
+  /// Dense data (raw files, arrays): the field ends at the outermost voxel centres. Otherwise (VDB): it fades
+  /// to the background within one voxel outside the domain.
   bool dense = false;
 
   /// The box in index space outside which nothing is sampled.
@@ -64,11 +66,12 @@ Field fieldFromDense(const T* values, const Vec3i& dims, T background = T(0), co
 /// voxelChecksum(v, b) - voxelChecksum(v, a), so it is kept up to date for the price of the changes.
 uint64_t stateChecksum(const Field& field);
 
-/// One voxel's term; `valueBits` are the value's bits, zero-extended. 0 when they equal the background's bits.
+/// One voxel's term; `valueBits` are the value's bits, zero-extended. 0 when they equal the background's
+/// bits.
 uint64_t voxelChecksum(const Vec3i& voxel, uint64_t valueBits, uint64_t backgroundBits);
 
-/// Smallest and largest finite value among stored voxels and the background, and how many voxels are NaN or infinite. A
-/// background that is not finite counts as the 0 it is rendered as.
+/// Smallest and largest finite value among stored voxels and the background, and how many voxels are NaN or
+/// infinite. A background that is not finite counts as the 0 it is rendered as.
 struct FieldStatistics {
   double lo, hi;
   int64_t nonFinite;

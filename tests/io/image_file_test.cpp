@@ -1,0 +1,152 @@
+#include "io/image_file.h"
+
+#include <ImfChannelList.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfStandardAttributes.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/srgb.h"
+#include "io/temporary_directory.h"
+
+namespace kairos {
+namespace {
+
+using testing::HasSubstr;
+
+Image gradient(int width, int height) {
+  Image image(width, height, 4);
+  for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = float(i % 97) / 128;
+  return image;
+}
+
+Camera lookingDownY(Camera::Projection projection) {
+  Camera camera;
+  camera.eye = {1, -10, 2};
+  camera.target = {1, 0, 2};
+  camera.up = {0, 0, 1};
+  camera.projection = projection;
+  camera.verticalFovDegrees = 40;
+  camera.imageHeight = 6;
+  return camera;
+}
+
+class ExrFile : public testing::Test {
+ protected:
+  void write(const Image& image, const ExrOptions& options, const Metadata& metadata = {},
+             const std::vector<ExrChannel>& channels = {}) {
+    writeExr(path(), image, channels, camera_, metadata, options);
+  }
+  std::string path() const { return directory_ / "f.exr"; }
+  test::TemporaryDirectory directory_;
+  Camera camera_ = lookingDownY(Camera::Projection::perspective);
+};
+
+TEST_F(ExrFile, FloatsComeBackExactlyWithEveryCompression) {
+  const Image image = gradient(33, 21);
+  for (ExrCompression compression :
+       {ExrCompression::none, ExrCompression::zips, ExrCompression::zip, ExrCompression::piz})
+    for (int threads : {1, 2}) {
+      write(image, {false, compression, 25, threads});
+      EXPECT_EQ(readImage(path()), image);
+    }
+}
+
+TEST_F(ExrFile, HalvesComeBackRounded) {
+  Image image = gradient(8, 8);
+  image.data[5] = 0.1f;
+  write(image, {});
+  const Image back = readImage(path());
+  EXPECT_NEAR(back.data[5], 0.1f, 1e-4);
+  EXPECT_NE(back.data[5], 0.1f);
+  EXPECT_EQ(back.data[6], image.data[6]);
+}
+
+TEST_F(ExrFile, AnExtraChannelIsFloatAndKeepsItsName) {
+  const Image image = gradient(5, 4);
+  Image depth(5, 4, 1);
+  for (size_t i = 0; i < depth.data.size(); ++i) depth.data[i] = 1.1f * float(i);
+  write(image, {}, {}, {{"Z", &depth}});
+  Imf::InputFile file(path().c_str());
+  ASSERT_NE(file.header().channels().findChannel("Z"), nullptr);
+  EXPECT_EQ(file.header().channels().findChannel("Z")->type, Imf::FLOAT);
+  EXPECT_EQ(file.header().channels().findChannel("R")->type, Imf::HALF);
+  EXPECT_EQ(readImage(path()).width, 5);
+}
+
+TEST_F(ExrFile, MetadataComeBack) {
+  write(gradient(4, 4), {},
+        {{"comments", std::string("kairos render ...")}, {"kairos:step", 21}, {"kairos:rmse", 0.25f}});
+  const Metadata metadata = readMetadata(path());
+  EXPECT_EQ(std::get<int>(metadata.at("kairos:step")), 21);
+  EXPECT_EQ(std::get<float>(metadata.at("kairos:rmse")), 0.25f);
+  Imf::InputFile file(path().c_str());
+  EXPECT_EQ(Imf::comments(file.header()), "kairos render ...");
+  EXPECT_EQ(double(Imf::framesPerSecond(file.header())), 25.0);
+}
+
+TEST_F(ExrFile, WorldToCameraHasTheViewAlongPositiveZ) {
+  write(gradient(16, 12), {});
+  Imf::InputFile file(path().c_str());
+  const Imath::V3f p = Imath::V3f(2, 0, 5) * Imf::worldToCamera(file.header());
+  EXPECT_NEAR(p.x, 1, 1e-5);   // right
+  EXPECT_NEAR(p.y, 3, 1e-5);   // up
+  EXPECT_NEAR(p.z, 10, 1e-5);  // in front
+}
+
+TEST_F(ExrFile, WorldToNdcFindsThePixelOfEveryRay) {
+  for (auto projection : {Camera::Projection::perspective, Camera::Projection::orthographic}) {
+    camera_ = lookingDownY(projection);
+    const int width = 30, height = 20;
+    write(gradient(width, height), {});
+    Imf::InputFile file(path().c_str());
+    const RayGenerator rays(camera_, width, height);
+    for (auto [x, y] : {std::pair{0.5, 0.5}, {15.0, 10.0}, {29.0, 3.0}}) {
+      const Ray ray = rays.ray(x, y);
+      const Vec3d p = ray.origin + ray.direction * 7.0;
+      const Imath::V3f ndc = Imath::V3f(float(p.x), float(p.y), float(p.z)) * Imf::worldToNDC(file.header());
+      EXPECT_NEAR(ndc.x, x / width, 1e-5);
+      EXPECT_NEAR(ndc.y, y / height, 1e-5);
+    }
+  }
+}
+
+TEST_F(ExrFile, ImpossibleImagesAndPlacesAreErrorsThatLeaveNothing) {
+  Image wrong(3, 3, 1);
+  EXPECT_THROW(write(Image(), {}), OutputError);
+  EXPECT_THROW(write(gradient(4, 4), {}, {}, {{"Z", &wrong}}), OutputError);
+  EXPECT_THROW(writeExr(directory_ / "none/f.exr", gradient(4, 4), {}, camera_, {}, {}), OutputError);
+  EXPECT_TRUE(directory_.names().empty());
+}
+
+TEST(PngFile, ShowsTheImageOverBlackInSrgb) {
+  const test::TemporaryDirectory directory;
+  Image image(3, 1, 4);
+  image.data = {0.5f, 0.25f, 0, 0.5f, 2, -1, 1, 1, 0, 0, 0, 0};
+  writePng(directory / "f.png", image);
+  const Image back = readImage(directory / "f.png");
+  ASSERT_EQ(back.width, 3);
+  EXPECT_NEAR(back.data[0], 0.5f, 0.005);
+  EXPECT_NEAR(back.data[1], 0.25f, 0.005);
+  EXPECT_EQ(back.data[3], 1);
+  EXPECT_EQ(back.data[4], 1);
+  EXPECT_EQ(back.data[5], 0);
+  EXPECT_EQ(directory.names(), std::vector<std::string>{"f.png"});
+}
+
+TEST(PngFile, FailsWithoutADirectory) {
+  EXPECT_THROW(writePng("/nonexistent/f.png", gradient(2, 2)), OutputError);
+}
+
+TEST(ReadImage, SaysWhatIsWrong) {
+  const test::TemporaryDirectory directory;
+  EXPECT_THAT(test::messageOf<InputError>([] { readImage("/nonexistent/f.exr"); }),
+              HasSubstr("/nonexistent/f.exr"));
+  EXPECT_THROW(readImage(directory.write("f.exr", "no image")), InputError);
+  EXPECT_THROW(readMetadata(directory.write("f.png", "no image")), InputError);
+}
+
+}  // namespace
+}  // namespace kairos
