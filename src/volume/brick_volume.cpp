@@ -195,6 +195,37 @@ uint64_t storeChangedVoxels(const uint64_t* mask, const T* values, const Vec3i& 
   return subBlocks;
 }
 
+// Copies plane `from` of an axis to plane `to`, both counted in the brick's voxels.
+template <class T>
+void copyPlane(int axis, int from, int to, T* brick) {
+  const int strides[3] = {1, kBrickStride, kBrickStride * kBrickStride};
+  const int u = strides[(axis + 1) % 3], v = strides[(axis + 2) % 3], shift = (to - from) * strides[axis];
+  for (int j = 0; j < kBrickStride; ++j)
+    for (int i = 0; i < kBrickStride; ++i) {
+      T* source = brick + from * strides[axis] + i * u + j * v;
+      source[shift] = *source;
+    }
+}
+
+// Repeats the outermost voxels of dense data in the layer outside; what changed there has changed here.
+template <class T>
+void repeatFaces(const VoxelBox& domain, const Vec3i& origin, T* brick, uint64_t& subBlocks) {
+  const auto repeat = [&](int axis, int from, int to) {
+    if (std::min(from, to) < 0 || std::max(from, to) >= kBrickStride) return;
+    copyPlane(axis, from, to, brick);
+    if (from / kSubBlockEdge == to / kSubBlockEdge) return;
+    constexpr uint64_t kFirstBlocks[3] = {0x1111111111111111, 0x000f000f000f000f, 0x000000000000ffff};
+    const int unit = 1 << (2 * axis);
+    const uint64_t changed = subBlocks >> (from / kSubBlockEdge * unit) & kFirstBlocks[axis];
+    subBlocks |= changed << (to / kSubBlockEdge * unit);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int first = domain.lo[axis] - origin[axis], last = domain.hi[axis] - 1 - origin[axis];
+    repeat(axis, first, first - 1);
+    repeat(axis, last, last + 1);
+  }
+}
+
 // Whether all 512 voxels of a leaf changed.
 bool wholeLeaf(const uint64_t* mask) {
   return mask == nullptr || std::all_of(mask, mask + 8, [](uint64_t word) { return word == ~uint64_t(0); });
@@ -244,7 +275,9 @@ BrickVolume::BrickVolume(const Lattice& lattice, const Field& field, ThreadPool&
     // In 64 bits, since any box of 32-bit voxel indices may come along.
     const int64_t low = int64_t(domain.lo[a]) - kLowMargin,
                   origin = low - ((low % kLeafEdge) + kLeafEdge) % kLeafEdge;
-    const int64_t size = (domain.hi[a] + int64_t(1) - origin + kBrickEdge - 1) / kBrickEdge;
+    // Sparse data are sampled one voxel beyond the domain, dense ones up to their last voxel.
+    const int64_t end = domain.hi[a] + int64_t(lattice.dense ? 0 : 1);
+    const int64_t size = (end - origin + kBrickEdge - 1) / kBrickEdge;
     cells = std::min(cells * size, kMaxCells + 1);
     gridOrigin_[a] = int32_t(origin);
     gridSize_[a] = int32_t(size);
@@ -402,6 +435,7 @@ void BrickVolume::updateBrick(uint32_t cell, std::span<const Placement> placemen
       subBlocks |= storeChangedVoxels(leaf.mask, values, at, extent, background, brick);
     }
   }
+  if (lattice_.dense) repeatFaces(lattice_.domain, origin, brick, subBlocks);
   ranges_[cell] = summarise(brick, pool_->windows(brick));
   if (ranges_[cell] == ValueRange{float(background), float(background)}) {
     pool_->release(brick);

@@ -37,7 +37,9 @@ struct DirtyBricks {
 
 /// Bricks of one element type over a fixed domain. A cell is a place in the brick grid; cells whose brick and
 /// apron hold nothing but the background share one brick. NaN and infinities are stored as the background
-/// ("absent"). Reading is safe from several threads; `apply` is not concurrent with it.
+/// ("absent").
+/// Around dense data one layer of voxels repeats the outermost (Lattice::sourceOf). Reading is safe from
+/// several threads; `apply` is not concurrent with it.
 class BrickVolume {
  public:
   BrickVolume(const Lattice& lattice, const Field& field, ThreadPool& pool);

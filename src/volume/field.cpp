@@ -41,6 +41,13 @@ double Field::value(const Vec3i& v) const {
       values);
 }
 
+Vec3i Lattice::sourceOf(const Vec3i& voxel) const {
+  const Vec3i one{1, 1, 1};
+  if (!dense || domain.contains(voxel) || !VoxelBox{domain.lo - one, domain.hi + one}.contains(voxel))
+    return voxel;
+  return componentMin(componentMax(voxel, domain.lo), domain.hi - one);
+}
+
 PointBox Lattice::samplingBox() const {
   if (domain.empty()) return {Vec3d(domain.lo), Vec3d(domain.lo)};
   PointBox box{Vec3d(domain.lo), Vec3d(domain.hi - Vec3i{1, 1, 1})};

@@ -50,6 +50,9 @@ struct Lattice {
   /// to the background within one voxel outside the domain.
   bool dense = false;
 
+  /// Whose value a voxel takes: its own; just outside dense data, that of the nearest one inside, so that
+  /// neither a sample nor a gradient at a face sees an edge that the data do not have.
+  Vec3i sourceOf(const Vec3i& voxel) const;
   /// The box in index space outside which nothing is sampled.
   PointBox samplingBox() const;
   /// World-space bounds of samplingBox().

@@ -106,7 +106,8 @@ class DenseField {
         background_(scene.field.background) {
     for (int z = box_.lo.z; z < box_.hi.z; ++z)
       for (int y = box_.lo.y; y < box_.hi.y; ++y)
-        for (int x = box_.lo.x; x < box_.hi.x; ++x) values_.push_back(scene.field.value({x, y, z}));
+        for (int x = box_.lo.x; x < box_.hi.x; ++x)
+          values_.push_back(scene.field.value(scene.lattice.sourceOf({x, y, z})));
   }
   double voxel(const Vec3i& v) const {
     const Vec3i p = v - box_.lo, s = box_.size();

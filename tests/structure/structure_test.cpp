@@ -112,7 +112,9 @@ struct OutsideLibrary {
 
 const std::vector<OutsideLibrary>& outsideLibraries() {
   static const std::vector<OutsideLibrary> libraries{
-      {{"openvdb/", "nanovdb/", "OpenEXR/", "Imf", "Imath/", "OpenImageIO/", "png.h", "blosc.h", "zlib.h", "hdf5", "H5"}, {"io"}},
+      {{"openvdb/", "nanovdb/", "OpenEXR/", "Imf", "Imath/", "OpenImageIO/", "png.h", "blosc.h", "zlib.h",
+        "hdf5", "H5"},
+       {"io"}},
       {{"nlohmann/"}, {"io", "app"}},
       {{"CLI/"}, {"app"}},
       {{"epoxy/", "EGL/", "GL/", "GLES", "GLFW/"}, {"lod"}},
