@@ -88,7 +88,9 @@ class RenderRun {
 void RenderRun::run() {
   const auto begin = Clock::now();
   arguments_.interpret();
-  checkOutputPattern(arguments_.output);
+  const std::string& frames = arguments_.framesText;
+  const bool oneStep = !frames.empty() && frames.find_first_not_of("0123456789") == std::string::npos;
+  checkOutputPattern(arguments_.output, oneStep);
   open();
   selectFrames();
   defineImages();

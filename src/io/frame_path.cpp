@@ -51,11 +51,11 @@ std::string framePath(const std::string& pattern, long long step) {
   return std::string(pattern).replace(place->begin, place->length, (step < 0 ? "-" : "") + digits);
 }
 
-void checkOutputPattern(const std::string& pattern) {
+void checkOutputPattern(const std::string& pattern, bool singleImage) {
   const std::filesystem::path path(pattern);
   if (path.extension() != ".exr")
     throw OptionError("-o", "\"" + pattern + "\" does not end in .exr, expected a name like frame.####.exr");
-  if (!findStepPlace(pattern))
+  if (!singleImage && !findStepPlace(pattern))
     throw OptionError(
         "-o", "\"" + pattern + "\" has no place for the time step, expected a name like frame.####.exr");
   makeWritableDirectory(path.parent_path().string());

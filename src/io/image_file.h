@@ -46,9 +46,10 @@ Image readImage(const std::string& path);
 /// String, int, float and double attributes of an EXR file's header. Throws InputError.
 Metadata readMetadata(const std::string& path);
 
-/// Can this output be produced? Checks the extension (.exr), the `####`/`%04d` pattern and the directory
-/// before anything is loaded. Throws OptionError or OutputError.
-void checkOutputPattern(const std::string& pattern);
+/// Can this output be produced? Checks the extension (.exr), the `####`/`%04d` place for the step (which a
+/// single image does without) and the directory, before anything is loaded. Throws OptionError or
+/// OutputError.
+void checkOutputPattern(const std::string& pattern, bool singleImage = false);
 
 /// Replaces the run of `#` (or `%04d`) in `pattern` by the step number, zero-padded to its length.
 std::string framePath(const std::string& pattern, long long step);

@@ -159,6 +159,8 @@ TEST_F(RenderErrors, OutputThatCannotBeWrittenIsRefusedBeforeAnythingIsLoaded) {
   expectFailure(to("/proc/kairos/f.####.exr"), 1, {"/proc/kairos"});
   expectFailure(to(dir / "out/f.####.jpg"), 2, {".exr"});
   expectFailure(to(dir / "out/f.exr"), 2, {"####"});
+  expectFailure(run(join({"render", dir / "nowhere", "-o", dir / "out/f.exr", "--frames", "3-4"}, raw)), 2,
+                {"####"});
   expectFailure(render("out", {"--stats", dir / "file/s.jsonl"}), 1, {"file/s.jsonl"});
 }
 

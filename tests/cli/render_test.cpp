@@ -26,6 +26,16 @@ TEST_F(Render, EveryMethodAndSourceGivesTheSameBits) {
   for (const char* other : {"direct", "sequence", "uncached"}) expectSameFrames("full", other);
 }
 
+TEST_F(Render, ASingleFrameNeedsNoPlaceForTheStep) {
+  const ProgramResult all =
+      run(join({"render", dir / "sim", "-o", dir / "all/f.####.exr", "--range", "0,255"}, raw));
+  ASSERT_EQ(all.exitCode, 0) << all.err;
+  const ProgramResult one =
+      run(join({"render", dir / "sim", "-o", dir / "still.exr", "--frames", "4", "--range", "0,255"}, raw));
+  ASSERT_EQ(one.exitCode, 0) << one.err;
+  EXPECT_TRUE(readImage(dir / "still.exr") == image("all", 4));
+}
+
 TEST_F(Render, FramesMayStartInTheMiddle) {
   makeSequence();
   ASSERT_TRUE(ok(renderInput(dir / "seq", "all", {})));

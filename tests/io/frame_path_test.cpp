@@ -31,6 +31,7 @@ TEST(OutputPattern, AcceptsWhatCanBeWrittenAndCreatesTheDirectory) {
 TEST(OutputPattern, RefusesOtherExtensionsAndMissingPlaces) {
   EXPECT_THROW(checkOutputPattern("frame.####.png"), OptionError);
   EXPECT_THROW(checkOutputPattern("frame.exr"), OptionError);
+  EXPECT_NO_THROW(checkOutputPattern("frame.exr", true));
   EXPECT_THROW(checkOutputPattern("/proc/none/frame.####.exr"), OutputError);
 }
 
