@@ -1,6 +1,7 @@
 // The element types a volume keeps natively, and arrays of them.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <string_view>
@@ -67,6 +68,15 @@ template <class T>
 constexpr bool isFiniteValue(T v) {
   if constexpr (std::is_floating_point_v<T>) return std::isfinite(v);
   return true;
+}
+
+/// A value's bits, zero-extended: what "changed" and the checksums compare.
+template <class T>
+constexpr uint64_t bitsOf(T value) {
+  if constexpr (std::is_same_v<T, float>)
+    return std::bit_cast<uint32_t>(value);
+  else
+    return value;
 }
 
 }  // namespace kairos

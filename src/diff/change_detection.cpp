@@ -40,14 +40,6 @@ std::vector<LeafPair> pairLeaves(const Field& before, const Field& after) {
 }
 
 template <class T>
-uint64_t bitsOf(T value) {
-  if constexpr (std::is_same_v<T, float>)
-    return std::bit_cast<uint32_t>(value);
-  else
-    return value;
-}
-
-template <class T>
 bool hasChanged(T before, T after, double tolerance) {
   if (bitsOf(before) == bitsOf(after)) return false;
   if (tolerance == 0 || !isFiniteValue(before) || !isFiniteValue(after)) return true;

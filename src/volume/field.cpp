@@ -7,15 +7,6 @@
 namespace kairos {
 namespace {
 
-// Bits of a value, zero-extended: what "changed" and the checksums compare.
-template <class T>
-uint64_t bitsOf(T value) {
-  if constexpr (std::is_same_v<T, float>)
-    return std::bit_cast<uint32_t>(value);
-  else
-    return value;
-}
-
 uint64_t mix(uint64_t x) {  // splitmix64's finaliser (Steele et al. 2014)
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
