@@ -138,11 +138,7 @@ void DifferentialRenderer::Implementation::prepareView() {
   if (expected <= kMaxIndexSegments) {
     index_ = std::make_unique<SegmentIndex>(*view_, *volume_, pool_);
     seesVolume_ = !index_->empty();
-    if (options_.method == Method::segments) {
-      index_->buildBrickIndex(*view_, *volume_, pool_);
-      cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(),
-                                              options_.cacheMemory);
-    }
+    if (options_.method == Method::segments) index_->buildBrickIndex(*view_, *volume_, pool_);
   } else {
     for (int tile = 0; tile < view_->tileCount() && !seesVolume_; ++tile) {
       const TileRays rays = view_->rays(tile);
@@ -182,7 +178,7 @@ void DifferentialRenderer::Implementation::renderWhole(const Field& field) {
   kernel_ = settings_.kernel == Kernel::general ? generalKernel(scene_, settings_.isa)
                                                 : fastestKernel(scene_, settings_.isa);
   state_ = stateChecksum(field);
-  if (cache_)
+  if (index_ && index_->hasBrickIndex())
     cache_ = std::make_unique<SegmentCache>(*index_, view_->tileCount(), settings_.channels(),
                                             options_.cacheMemory);
   statistics_.updateMs = clock.lap();

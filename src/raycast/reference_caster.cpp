@@ -62,10 +62,7 @@ SampleSpan laneSpan(const KernelScene& scene, const TileRays& rays, const Segmen
 }
 
 Vec3d brickBase(const KernelScene& scene, uint32_t cell) {
-  const auto c = int32_t(cell);
-  const Vec3i at{c % scene.gridSize.x, c / scene.gridSize.x % scene.gridSize.y,
-                 c / scene.gridSize.x / scene.gridSize.y};
-  return Vec3d(at * kBrickEdge);
+  return Vec3d(cellCoordinates(cell, scene.gridSize) * kBrickEdge);
 }
 
 template <class T>
@@ -176,7 +173,7 @@ void castRay(const KernelScene& scene, const EarlyTermination<double>& terminati
       if (terminated) return;
     }
     current = cell;
-    const auto index = uint32_t((cell.z * scene.gridSize.y + cell.y) * scene.gridSize.x + cell.x);
+    const uint32_t index = cellIndex(cell, scene.gridSize);
     addSample(scene, rays, lane, k, static_cast<const T*>(scene.bricks[index]), Vec3d(cell * kBrickEdge),
               partial, counters);
   }

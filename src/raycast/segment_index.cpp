@@ -55,10 +55,6 @@ void walkCells(const LatticeRay& ray, const Vec3i& gridSize, int32_t begin, int3
   }
 }
 
-uint32_t cellIndex(const Vec3i& cell, const Vec3i& gridSize) {
-  return uint32_t((cell.z * gridSize.y + cell.y) * gridSize.x + cell.x);
-}
-
 LatticeRay laneOwner(const ViewRays& view, const TileRays& rays, int lane) {
   LatticeRay ray;
   for (int a = 0; a < 3; ++a) {
@@ -155,8 +151,7 @@ size_t axisBits(int lo, int hi) {
 
 uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
                           const Segment& segment) {
-  const Vec3i cell{int32_t(segment.cell) % gridSize.x, int32_t(segment.cell) / gridSize.x % gridSize.y,
-                   int32_t(segment.cell) / gridSize.x / gridSize.y};
+  const Vec3i cell = cellCoordinates(segment.cell, gridSize);
   double o0[3], o1[3], d0[3], d1[3];
   for (int a = 0; a < 3; ++a) {
     const double base = double(cell[a] * kBrickEdge) - view.footprintShift();
@@ -180,7 +175,7 @@ uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3
 
 SegmentIndex::SegmentIndex(const ViewRays& view, const BrickVolume& volume, ThreadPool& pool) {
   const auto tiles = size_t(view.tileCount());
-  laneRanges_.resize(tiles);
+  sampling_.resize(tiles);
   std::vector<std::vector<Segment>> rows(static_cast<size_t>(view.tilesY()));
   tileBegin_.assign(tiles + 1, 0);
   pool.forEach(rows.size(), 1, [&](size_t begin, size_t end) {
@@ -188,13 +183,7 @@ SegmentIndex::SegmentIndex(const ViewRays& view, const BrickVolume& volume, Thre
       for (int x = 0; x < view.tilesX(); ++x) {
         const size_t tile = row * size_t(view.tilesX()) + size_t(x);
         const TileRays rays = view.rays(int(tile));
-        LaneRanges& kept = laneRanges_[tile];
-        std::copy_n(rays.kBegin, kLanes, kept.kBegin);
-        std::copy_n(rays.kEnd, kLanes, kept.kEnd);
-        kept.owner = rays.owner;
-        kept.spread = rays.spread;
-        kept.spreadDelta = rays.spreadDelta;
-        kept.packetOwned = rays.packetOwned;
+        sampling_[tile] = rays;
         const size_t before = rows[row].size();
         listSegments(view, rays, volume.gridSize(), rows[row]);
         tileBegin_[tile + 1] = rows[row].size() - before;
@@ -207,13 +196,7 @@ SegmentIndex::SegmentIndex(const ViewRays& view, const BrickVolume& volume, Thre
 
 void SegmentIndex::rays(const ViewRays& view, int tile, TileRays& rays) const {
   view.geometry(tile, rays);
-  const LaneRanges& kept = laneRanges_[size_t(tile)];
-  std::copy_n(kept.kBegin, kLanes, rays.kBegin);
-  std::copy_n(kept.kEnd, kLanes, rays.kEnd);
-  rays.owner = kept.owner;
-  rays.spread = kept.spread;
-  rays.spreadDelta = kept.spreadDelta;
-  rays.packetOwned = kept.packetOwned;
+  static_cast<TileSampling&>(rays) = sampling_[size_t(tile)];
 }
 
 void SegmentIndex::buildBrickIndex(const ViewRays& view, const BrickVolume& volume, ThreadPool& pool) {
@@ -239,7 +222,7 @@ void SegmentIndex::buildBrickIndex(const ViewRays& view, const BrickVolume& volu
 }
 
 uint64_t SegmentIndex::memoryBytes() const {
-  return tileBegin_.size() * sizeof(uint64_t) + laneRanges_.size() * sizeof(LaneRanges) +
+  return tileBegin_.size() * sizeof(uint64_t) + sampling_.size() * sizeof(TileSampling) +
          segments_.size() * sizeof(Segment) + cellBegin_.size() * sizeof(uint64_t) +
          (cellSegments_.size() + tileOf_.size()) * sizeof(uint32_t) + subBlocks_.size() * sizeof(uint64_t);
 }

@@ -54,14 +54,8 @@ class SegmentIndex {
   uint64_t memoryBytes() const;
 
  private:
-  struct LaneRanges {
-    int32_t kBegin[kLanes], kEnd[kLanes];
-    LatticeRay owner;
-    Vec3d spread, spreadDelta;
-    bool packetOwned;
-  };
   std::vector<uint64_t> tileBegin_;
-  std::vector<LaneRanges> laneRanges_;
+  std::vector<TileSampling> sampling_;
   std::vector<Segment> segments_;
   std::vector<uint64_t> cellBegin_;
   std::vector<uint32_t> cellSegments_, tileOf_;

@@ -37,14 +37,14 @@ int32_t firstSampleBeyond(double plane, double origin, double delta) {
   return toIndex(delta < 0 ? std::floor(k) + 1 : std::ceil(k));
 }
 
-int32_t TileRays::firstSample() const {
+int32_t TileSampling::firstSample() const {
   int32_t k = int32_t(kMaxIndex);
   for (int l = 0; l < kLanes; ++l)
     if (kBegin[l] < kEnd[l]) k = std::min(k, kBegin[l]);
   return k;
 }
 
-int32_t TileRays::lastSample() const {
+int32_t TileSampling::lastSample() const {
   int32_t k = 0;
   for (int l = 0; l < kLanes; ++l)
     if (kBegin[l] < kEnd[l]) k = std::max(k, kEnd[l]);

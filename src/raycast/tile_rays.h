@@ -25,12 +25,10 @@ struct LatticeRay {
 /// `delta` is 0 or no denormal number.
 int32_t firstSampleBeyond(double plane, double origin, double delta);
 
-/// The 16 rays of a tile, in grid space, lane by lane.
-struct alignas(64) TileRays {
-  double origin[3][kLanes], delta[3][kLanes];
-  float direction[3][kLanes];  // unit vectors in world space; only where the view is shaded
-  int32_t kBegin[kLanes],
-      kEnd[kLanes];  // samples inside the volume and the clip box; empty for lanes off the image
+/// Which samples a tile's lanes take and how bricks own them: what never changes about the tile.
+struct TileSampling {
+  /// Samples inside the volume and the clip box; empty for lanes off the image.
+  int32_t kBegin[kLanes], kEnd[kLanes];
 
   /// Sample ownership. A brick owns sample k of lane l when it contains the low corner of the sample's
   /// footprint. Where all 16 footprints together fit one brick with its apron along the whole tile
@@ -44,6 +42,12 @@ struct alignas(64) TileRays {
 
   int32_t firstSample() const;
   int32_t lastSample() const;  // one past
+};
+
+/// The 16 rays of a tile, in grid space, lane by lane.
+struct alignas(64) TileRays : TileSampling {
+  double origin[3][kLanes], delta[3][kLanes];
+  float direction[3][kLanes];  // unit vectors in world space; only where the view is shaded
 };
 
 /// All tiles' rays of one view of one lattice; immutable, safe to share between threads.
@@ -65,8 +69,8 @@ class ViewRays {
   double footprintShift() const { return shift_; }
   int footprintWidth() const { return footprintWidth_; }
 
-  /// Everything about a tile's rays. `geometry` alone leaves out sample ranges and ownership, which never
-  /// change and may be kept by the caller.
+  /// Everything about a tile's rays. `geometry` alone leaves out the TileSampling, which the
+  /// caller may have kept.
   TileRays rays(int tile) const;
   void geometry(int tile, TileRays& rays) const;
 

@@ -307,11 +307,6 @@ BrickVolume::BrickVolume(const Lattice& lattice, const Field& field, ThreadPool&
 BrickVolume::~BrickVolume() = default;
 BrickVolume::BrickVolume(BrickVolume&&) noexcept = default;
 
-Vec3i BrickVolume::cellCoordinates(uint32_t cell) const {
-  const auto x = int32_t(cell % uint32_t(gridSize_.x)), rest = int32_t(cell / uint32_t(gridSize_.x));
-  return {x, rest % gridSize_.y, rest / gridSize_.y};
-}
-
 std::span<const ValueRange, kWindows> BrickVolume::windowRanges(uint32_t cell) const {
   return std::span<const ValueRange, kWindows>(pool_->windows(bricks_[cell]), kWindows);
 }

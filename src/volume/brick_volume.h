@@ -29,6 +29,15 @@ inline constexpr int kSubBlockEdge = 5;
 inline constexpr int kWindowBlock = 4;
 inline constexpr int kWindows = 64;
 
+/// Cells of a brick grid are numbered x fastest.
+inline uint32_t cellIndex(const Vec3i& cell, const Vec3i& gridSize) {
+  return uint32_t((cell.z * gridSize.y + cell.y) * gridSize.x + cell.x);
+}
+inline Vec3i cellCoordinates(uint32_t cell, const Vec3i& gridSize) {
+  const auto x = int32_t(cell % uint32_t(gridSize.x)), rest = int32_t(cell / uint32_t(gridSize.x));
+  return {x, rest % gridSize.y, rest / gridSize.y};
+}
+
 /// The bricks a set of changes touched, aprons included, in ascending cell order.
 struct DirtyBricks {
   std::vector<uint32_t> cells;
@@ -54,12 +63,10 @@ class BrickVolume {
   Vec3i gridOrigin() const { return gridOrigin_; }
   Vec3i gridSize() const { return gridSize_; }
   uint32_t cellCount() const { return uint32_t(bricks_.size()); }
-  Vec3i cellCoordinates(uint32_t cell) const;
+  Vec3i cellCoordinates(uint32_t cell) const { return kairos::cellCoordinates(cell, gridSize_); }
   /// Voxel index of the cell's first voxel.
   Vec3i cellOrigin(uint32_t cell) const { return gridOrigin_ + cellCoordinates(cell) * kBrickEdge; }
-  uint32_t cellIndex(const Vec3i& coordinates) const {
-    return uint32_t((coordinates.z * gridSize_.y + coordinates.y) * gridSize_.x + coordinates.x);
-  }
+  uint32_t cellIndex(const Vec3i& coordinates) const { return kairos::cellIndex(coordinates, gridSize_); }
 
   /// The 20^3 values of a cell; never null.
   template <class T>
