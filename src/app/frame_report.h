@@ -6,7 +6,7 @@
 #include <string>
 
 #include "app/step_source.h"
-#include "diff/differential_renderer.h"
+#include "diff/frame_renderer.h"
 
 namespace kairos {
 

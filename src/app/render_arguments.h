@@ -7,7 +7,7 @@
 #include "app/input_arguments.h"
 #include "app/option_values.h"
 #include "app/view_arguments.h"
-#include "diff/differential_renderer.h"
+#include "diff/frame_renderer.h"
 #include "io/image_file.h"
 
 namespace CLI {

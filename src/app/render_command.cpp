@@ -21,6 +21,7 @@
 #include "app/step_stream.h"
 #include "app/text_format.h"
 #include "core/error.h"
+#include "tcdvrm/renderer_factory.h"
 
 namespace kairos {
 namespace {
@@ -29,10 +30,6 @@ using Clock = std::chrono::steady_clock;
 
 double msSince(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
-
-const char* methodName(Method method) {
-  return method == Method::full ? "full" : "segments";
 }
 
 /// One run of the command.
@@ -76,7 +73,7 @@ class RenderRun {
   RunDescription description_;
   uint64_t settingsHash_ = 0;
   std::vector<bool> stands_;  // per selected step: finished by an earlier run
-  std::optional<DifferentialRenderer> renderer_;
+  std::unique_ptr<FrameRenderer> renderer_;
   std::optional<StatsFile> stats_;
   std::optional<ProgressLine> progress_;
   std::optional<FrameWriter> writer_;  // its callbacks use the ones above
@@ -134,7 +131,7 @@ void RenderRun::defineImages() {
   // Options are found wrong before a pass over the data begins.
   settings_ = settingsFor({0, 1});
   if (arguments_.view.needsDataRange()) settings_ = settingsFor(dataRange());
-  description_ = {methodName(arguments_.renderer.method), name(settings_.isa), arguments_.renderer.threads,
+  description_ = {name(arguments_.renderer.method), name(settings_.isa), arguments_.renderer.threads,
                   settings_.width, settings_.height};
   const std::string storage =
       formatted("half %d compression %d", int(arguments_.exr.half), int(arguments_.exr.compression));
@@ -152,7 +149,7 @@ void RenderRun::findStandingFrames() {
 }
 
 void RenderRun::renderFrames() {
-  renderer_.emplace(source_->lattice(), settings_, arguments_.renderer);
+  renderer_ = makeRenderer(source_->lattice(), settings_, arguments_.renderer);
   if (!renderer_->seesVolume())
     throw OptionError(
         settings_.clipBox ? "--clip-box" : "--eye",

@@ -51,12 +51,14 @@ int32_t TileSampling::lastSample() const {
   return k;
 }
 
-ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const Vec3i& gridOrigin)
+ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const Vec3i& gridOrigin,
+                   const RayLattice& rays)
     : generator_(settings.camera, settings.width, settings.height),
-      width_(settings.width),
-      height_(settings.height),
-      tilesX_((settings.width + kTileEdge - 1) / kTileEdge),
-      tilesY_((settings.height + kTileEdge - 1) / kTileEdge),
+      rays_(rays),
+      width_(rays.columns > 0 ? rays.columns : settings.width),
+      height_(rays.rows > 0 ? rays.rows : settings.height),
+      tilesX_((width_ + kTileEdge - 1) / kTileEdge),
+      tilesY_((height_ + kTileEdge - 1) / kTileEdge),
       worldStep_(settings.worldStep(lattice)),
       perspective_(settings.camera.projection == Camera::Projection::perspective),
       shift_(settings.footprintShift()),
@@ -86,8 +88,8 @@ void ViewRays::geometry(int tile, TileRays& rays) const {
   const int x0 = tile % tilesX_ * kTileEdge, y0 = tile / tilesX_ * kTileEdge;
   double x[kLanes], y[kLanes], scale[kLanes];
   for (int l = 0; l < kLanes; ++l) {
-    x[l] = generator_.offsetX(x0 + l % kTileEdge + 0.5);
-    y[l] = generator_.offsetY(y0 + l / kTileEdge + 0.5);
+    x[l] = generator_.offsetX(imageX(x0 + l % kTileEdge));
+    y[l] = generator_.offsetY(imageY(y0 + l / kTileEdge));
     // The image axes are orthonormal, so the direction's length before normalisation is known.
     scale[l] = perspective_ ? worldStep_ / std::sqrt(1 + x[l] * x[l] + y[l] * y[l]) : worldStep_;
   }
@@ -102,7 +104,7 @@ void ViewRays::geometry(int tile, TileRays& rays) const {
   }
   if (!shaded_) return;
   for (int l = 0; l < kLanes; ++l) {
-    const Ray ray = generator_.ray(x0 + l % kTileEdge + 0.5, y0 + l / kTileEdge + 0.5);
+    const Ray ray = generator_.ray(imageX(x0 + l % kTileEdge), imageY(y0 + l / kTileEdge));
     for (int a = 0; a < 3; ++a) rays.direction[a][l] = float(ray.direction[a]);
   }
 }
@@ -123,7 +125,7 @@ void ViewRays::findSampleRanges(int tile, TileRays& rays) const {
     for (int a = 0; a < 3; ++a)
       clipToSlab(samplingBox_.lo[a], samplingBox_.hi[a], rays.origin[a][l], rays.delta[a][l], begin, end);
     if (clipped_ && begin < end) {
-      const Ray ray = generator_.ray(x + 0.5, y + 0.5);
+      const Ray ray = generator_.ray(imageX(x), imageY(y));
       for (int a = 0; a < 3; ++a)
         clipToSlab(clipBox_.lo[a], clipBox_.hi[a], ray.origin[a], ray.direction[a] * worldStep_, begin, end);
     }

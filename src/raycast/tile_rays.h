@@ -1,6 +1,7 @@
 // The rays of one tile, and which bricks own their samples.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "core/camera.h"
@@ -50,18 +51,33 @@ struct alignas(64) TileRays : TileSampling {
   float direction[3][kLanes];  // unit vectors in world space; only where the view is shaded
 };
 
-/// All tiles' rays of one view of one lattice; immutable, safe to share between threads.
+/// Where a view's rays stand on the image: ray (i, j) at image position (x + i * stride, y + j * stride), in
+/// pixels. By default one through each pixel's centre.
+struct RayLattice {
+  double stride = 1;
+  double x = 0.5, y = 0.5;
+  int columns = 0, rows = 0;  // 0: the image's width and height
+};
+
+/// All tiles' rays of one view of one lattice; immutable, safe to share between threads. Tiles group
+/// neighbouring rays of `rays`, so that pixels, where they are spoken of, are its rays.
 class ViewRays {
  public:
   /// Throws OptionError when the sample indices would not fit 30 bits (a camera absurdly far away for the
   /// step).
-  ViewRays(const RenderSettings& settings, const Lattice& lattice, const Vec3i& gridOrigin);
+  ViewRays(const RenderSettings& settings, const Lattice& lattice, const Vec3i& gridOrigin,
+           const RayLattice& rays = {});
 
   int width() const { return width_; }
   int height() const { return height_; }
   int tilesX() const { return tilesX_; }
   int tilesY() const { return tilesY_; }
   int tileCount() const { return tilesX_ * tilesY_; }
+  /// How many of a tile's lanes carry a ray.
+  int raysOf(int tile) const {
+    return std::min(kTileEdge, width_ - tile % tilesX_ * kTileEdge) *
+           std::min(kTileEdge, height_ - tile / tilesX_ * kTileEdge);
+  }
   double worldStep() const { return worldStep_; }
   bool perspective() const { return perspective_; }
   /// Grid-space position of the eye.
@@ -78,7 +94,11 @@ class ViewRays {
   void findSampleRanges(int tile, TileRays& rays) const;
   void decideOwnership(TileRays& rays) const;
 
+  double imageX(int column) const { return rays_.x + column * rays_.stride; }
+  double imageY(int row) const { return rays_.y + row * rays_.stride; }
+
   RayGenerator generator_;
+  RayLattice rays_;
   int width_, height_, tilesX_, tilesY_;
   double worldStep_;
   bool perspective_;

@@ -190,17 +190,6 @@ TEST(DifferentialRenderer, AnEmptyDomainShowsNothing) {
   EXPECT_THROW(renderer.update(changesOf(ElementType::u8, {{{0, 0, 0}, 255}})), StateError);
 }
 
-TEST(DifferentialRenderer, CanBeMoved) {
-  const Sequence sequence = ballSequence(ElementType::u8);
-  const RenderSettings settings = settingsFor(sequence.scene(), "iso", softTransferFunction(ElementType::u8));
-  DifferentialRenderer first(sequence.lattice, settings, {});
-  first.start(sequence.steps[0]);
-  DifferentialRenderer second(std::move(first));
-  second.update(sequence.changes()[0]);
-  DifferentialRenderer full(sequence.lattice, settings, withMethod(Method::full));
-  EXPECT_TRUE(imagesEqualBitForBit(second.image(), full.start(sequence.steps[1])));
-}
-
 TEST(DifferentialRenderer, NamesTheSettingThatIsOutOfRange) {
   const Sequence sequence = ballSequence(ElementType::u8);
   RenderSettings settings = settingsFor(sequence.scene(), "iso", softTransferFunction(ElementType::u8));

@@ -163,7 +163,7 @@ TEST(Structure, TheCheckSeesTheIncludesOfEveryFolder) {
     if (entry.is_directory()) {
       EXPECT_GT(quoted[entry.path().filename().string()], 0) << "no include seen in " << entry.path();
     }
-  for (const char* folder : {"core", "volume", "io", "raycast", "diff", "app"})
+  for (const char* folder : {"core", "volume", "io", "raycast", "diff", "tcdvrm", "app"})
     EXPECT_GT(quoted[folder], 0) << "no include seen in src/" << folder;
 }
 

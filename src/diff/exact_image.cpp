@@ -1,0 +1,220 @@
+#include "diff/exact_image.h"
+
+#include <algorithm>
+#include <mutex>
+#include <numeric>
+
+#include "core/stopwatch.h"
+#include "diff/frame_assembly.h"
+#include "raycast/morton.h"
+
+namespace kairos {
+namespace {
+
+std::vector<uint32_t> orderTiles(const ViewRays& view, RendererOptions::TileOrder order) {
+  // Neighbouring tiles share bricks, which are still in cache.
+  if (order == RendererOptions::TileOrder::morton) return mortonOrder(view.tilesX(), view.tilesY());
+  std::vector<uint32_t> tiles(static_cast<size_t>(view.tileCount()));
+  std::iota(tiles.begin(), tiles.end(), 0u);
+  if (order == RendererOptions::TileOrder::reversed) std::reverse(tiles.begin(), tiles.end());
+  return tiles;
+}
+
+// A tile is recast whole, without touching the cache, when changes touched at least so much of its visible
+// samples: filling the cache would cost more than it could save.
+constexpr double kRecastShare = 0.8;
+
+uint64_t latticeSamplesOf(const Segment& s) {
+  return uint64_t(s.kEnd - s.kBegin) * kLanes;
+}
+
+}  // namespace
+
+ExactImage::ExactImage(const SceneState& scene, const RendererOptions& options, bool reuse, Image& rgba,
+                       Image* depth)
+    : scene_(scene),
+      options_(options),
+      rgba_(rgba),
+      depth_(depth),
+      caster_(scene.settings(), scene.volume(), scene.pool()),
+      pixelFloats_(size_t(scene.settings().pixelPlanes()) * kLanes),
+      tileOrder_(orderTiles(caster_.view(), options.tileOrder)) {
+  if (reuse) caster_.buildBrickIndex(scene.volume(), scene.pool());
+  const auto tiles = size_t(tileCount());
+  stale_.assign(tiles, 1);
+  reach_.assign(tiles, 0);
+  pixels_.assign(tiles * pixelFloats_, 0.0f);
+  noted_.assign(scene.volume().cellCount(), 0);
+  if (const SegmentIndex* index = caster_.index(); index && index->hasBrickIndex()) {
+    cellSamples_.assign(noted_.size(), 0);
+    for (size_t s = 0; s < index->segmentCount(); ++s)
+      cellSamples_[index->segment(s).cell] += latticeSamplesOf(index->segment(s));
+  }
+}
+
+void ExactImage::restart() {
+  if (const SegmentIndex* index = caster_.index(); index && index->hasBrickIndex())
+    cache_ = std::make_unique<SegmentCache>(*index, tileCount(), settings().channels(), options_.cacheMemory);
+  for (const uint32_t cell : notedCells_) noted_[cell] = 0;
+  notedCells_.clear();
+  markAll();
+}
+
+void ExactImage::markAll() {
+  std::fill(stale_.begin(), stale_.end(), uint8_t(1));
+}
+
+void ExactImage::note(const AppliedChanges& changes) {
+  if (!cache_) return markAll();
+  for (size_t i = 0; i < changes.cells.size(); ++i) {
+    const uint32_t cell = changes.cells[i];
+    if (!changes.visibleBefore[i] && !scene_.occupancy().visible(cell)) continue;
+    if (noted_[cell] == 0 && changes.subBlocks[i] != 0) notedCells_.push_back(cell);
+    noted_[cell] |= changes.subBlocks[i];
+  }
+}
+
+// Flags the segments that read changed voxels of bricks that were or are visible, and their tiles.
+uint64_t ExactImage::mark() {
+  if (!cache_) return 0;
+  const SegmentIndex& index = *caster_.index();
+  std::atomic<uint64_t> marked{0};
+  scene_.pool().forEach(notedCells_.size(), 16, [&](size_t begin, size_t end) {
+    uint64_t count = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t cell = notedCells_[i];
+      for (const uint32_t segment : index.segmentsOf(cell)) {
+        if ((index.subBlocks(segment) & noted_[cell]) == 0) continue;
+        count += cache_->touch(segment);
+        std::atomic_ref(stale_[index.tileOf(segment)]).store(1, std::memory_order_relaxed);
+      }
+      noted_[cell] = 0;
+    }
+    marked.fetch_add(count, std::memory_order_relaxed);
+  });
+  notedCells_.clear();
+  return marked;
+}
+
+const std::vector<uint32_t>& ExactImage::staleTiles() {
+  staleTiles_.clear();
+  for (const uint32_t tile : tileOrder_)
+    if (stale_[tile]) staleTiles_.push_back(tile);
+  return staleTiles_;
+}
+
+uint64_t ExactImage::latticeSamples(uint32_t tile) const {
+  const SegmentIndex& index = *caster_.index();
+  const auto segments = index.segments(int(tile));
+  const uint8_t* flags = cache_->flags(index.begin(int(tile)));
+  uint64_t samples = 0;
+  for (size_t s = 0; s < segments.size() && s < reach_[tile]; ++s)
+    if (flags[s] != SegmentCache::fresh && scene_.occupancy().visible(segments[s].cell))
+      samples += latticeSamplesOf(segments[s]);
+  return samples;
+}
+
+ExactImage::NotedShare ExactImage::notedSamples() const {
+  NotedShare share;
+  for (uint32_t cell = 0; cell < cellSamples_.size(); ++cell) {
+    if (noted_[cell] != 0) share.noted += cellSamples_[cell];
+    if (scene_.occupancy().visible(cell)) share.visible += cellSamples_[cell];
+  }
+  return share;
+}
+
+// Decides whether a tile goes through the cache, and turns the marks since its last cast into plain stale
+// ones. What lay behind the end of all rays in the last frame has no say: most likely it still does.
+bool ExactImage::chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags) {
+  uint64_t visible = 0, touched = 0;
+  for (size_t s = 0; s < segments.size(); ++s) {
+    const bool touchedNow = flags[s] == SegmentCache::touched;
+    if (touchedNow) flags[s] = SegmentCache::stale;
+    if (s >= reach_[tile] || !scene_.occupancy().visible(segments[s].cell)) continue;
+    const uint64_t samples = latticeSamplesOf(segments[s]);
+    visible += samples;
+    if (touchedNow) touched += samples;
+  }
+  if (touched > 0 && double(touched) >= kRecastShare * double(visible)) return false;
+  return cache_->reserve(int(tile), segments.size());
+}
+
+void ExactImage::castTile(uint32_t tile, PreparedTile& prepared, TileCounters& counters) {
+  const SegmentIndex* index = caster_.index();
+  if (!caster_.prepare(scene_.kernelScene(), int(tile), prepared)) {
+    std::fill_n(pixels(tile), pixelFloats_, 0.0f);
+    counters.segmentsSkipped += prepared.segments.size();
+    reach_[tile] = uint32_t(prepared.segments.size());
+    if (cache_) SegmentCache::forgetMarks(cache_->flags(index->begin(int(tile))), prepared.segments.size());
+    return;
+  }
+  TileTask task{
+      &prepared.rays, prepared.segments.data(), uint32_t(prepared.segments.size()), nullptr, nullptr,
+      pixels(tile)};
+  if (cache_) {
+    const size_t first = index->begin(int(tile));
+    if (chooseCache(tile, prepared.segments, cache_->flags(first))) {
+      task.partials = cache_->partials(first);
+      task.stale = cache_->flags(first);
+    } else {
+      tilesUncached_.fetch_add(1, std::memory_order_relaxed);
+    }
+  }
+  const uint64_t before = counters.segmentsComposited + counters.segmentsSkipped;
+  scene_.kernel()(scene_.kernelScene(), task, counters);
+  reach_[tile] = uint32_t(counters.segmentsComposited + counters.segmentsSkipped - before);
+}
+
+void ExactImage::cast(std::span<const uint32_t> tiles, FrameStatistics& statistics) {
+  Stopwatch clock;
+  TileCounters total;
+  std::mutex totalMutex;
+  tilesUncached_ = 0;
+  scene_.pool().forEach(tiles.size(), size_t(options_.tilesPerTask), [&](size_t begin, size_t end) {
+    TileCounters counters;
+    PreparedTile prepared;
+    for (size_t i = begin; i < end; ++i) {
+      castTile(tiles[i], prepared, counters);
+      stale_[tiles[i]] = 0;
+    }
+    std::lock_guard lock(totalMutex);
+    total += counters;
+  });
+  statistics.castMs += clock.lap();
+  statistics.pixelsChanged += show(tiles);
+  statistics.composeMs += clock.lap();
+  for (const uint32_t tile : tiles) statistics.pixelsRecast += uint64_t(caster_.view().raysOf(int(tile)));
+  statistics.raysCast = statistics.pixelsRecast;
+  statistics.segmentsTotal =
+      caster_.index() ? caster_.index()->segmentCount() : total.segmentsComposited + total.segmentsSkipped;
+  statistics.segmentsRecast += total.segmentsIntegrated;
+  statistics.samples += total.samples;
+  statistics.gradients += total.gradients;
+  statistics.tilesRecast += tiles.size();
+  statistics.tilesUncached += tilesUncached_;
+}
+
+uint64_t ExactImage::show(std::span<const uint32_t> tiles) {
+  const ViewRays& view = caster_.view();
+  std::atomic<uint64_t> changed{0};
+  scene_.pool().forEach(tiles.size(), 256, [&](size_t begin, size_t end) {
+    TileRays rays;
+    uint64_t changedHere = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const int tile = int(tiles[i]);
+      if (settings().mode != RenderMode::dvr) rays = view.rays(tile);  // how many samples each ray has
+      changedHere +=
+          uint64_t(writeTile(settings(), scene_.table(), rays, scene_.volume().background(),
+                             tile % view.tilesX(), tile / view.tilesX(), pixels(tiles[i]), rgba_, depth_));
+    }
+    changed.fetch_add(changedHere, std::memory_order_relaxed);
+  });
+  return changed;
+}
+
+uint64_t ExactImage::memoryBytes() const {
+  return (caster_.index() ? caster_.index()->memoryBytes() : 0) + cacheBytes() +
+         pixels_.size() * sizeof(float);
+}
+
+}  // namespace kairos

@@ -1,0 +1,19 @@
+#include "tcdvrm/renderer_factory.h"
+
+#include "core/error.h"
+#include "diff/differential_renderer.h"
+
+namespace kairos {
+
+std::unique_ptr<FrameRenderer> makeRenderer(const Lattice& lattice, const RenderSettings& settings,
+                                            const RendererOptions& options) {
+  switch (options.method) {
+    case Method::full:
+    case Method::segments:
+      return std::make_unique<DifferentialRenderer>(lattice, settings, options);
+    default:
+      throw OptionError("--method", std::string("this build has no \"") + name(options.method) + "\"");
+  }
+}
+
+}  // namespace kairos
