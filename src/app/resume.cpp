@@ -54,7 +54,7 @@ uint64_t settingsFingerprint(const RenderSettings& s, const Lattice& lattice, co
   append(out, lattice);
   out << s.width << 'x' << s.height << ' ' << s.range.lo << ' ' << s.range.hi << ' ' << s.unitDistance << ' '
       << s.step << ' ' << int(s.filter) << ' ' << int(s.mode) << ' ' << s.shade << ' ' << s.depth << ' '
-      << s.terminate << ' ' << int(s.isa) << '\n';
+      << s.terminate << ' ' << int(s.isa) << ' ' << int(s.precision) << '\n';
   if (s.clipBox) {
     append(out, s.clipBox->lo);
     append(out, s.clipBox->hi);

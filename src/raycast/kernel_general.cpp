@@ -117,6 +117,7 @@ KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& v
   s.mode = settings.mode;
   s.shade = settings.shade;
   s.depth = settings.depth;
+  s.fast = settings.precision == Precision::fast;
   const EarlyTermination<float> termination(settings.terminate);
   s.terminateMinimum = termination.minimum;
   s.terminateSlope = termination.slope;

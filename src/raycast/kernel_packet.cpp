@@ -10,6 +10,15 @@
 // foreach_target comes first by Highway's rules
 #include <hwy/highway.h>
 
+// Highway 1.0 requires AVX512-VNNI of this target, but asks the compiler for AVX-VNNI in its place. (Which
+// stays, or Highway's own functions could not be inlined.)
+#if HWY_TARGET == HWY_AVX3_DL && defined(HWY_TARGET_STR)
+#undef HWY_TARGET_STR
+#define HWY_TARGET_STR \
+  HWY_TARGET_STR_AVX3  \
+  ",vpclmulqdq,avx512vbmi,avx512vbmi2,vaes,avxvnni,avx512vnni,avx512bitalg,avx512vpopcntdq"
+#endif
+
 #include "raycast/kernel_packet-inl.h"
 
 #if HWY_ONCE

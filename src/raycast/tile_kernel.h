@@ -25,6 +25,7 @@ struct KernelScene {
   Filter filter;
   RenderMode mode;
   bool shade, depth;
+  bool fast;                               // Precision::fast
   float terminateMinimum, terminateSlope;  // EarlyTermination
   float background;
   float worldStep;

@@ -55,7 +55,7 @@ TEST_F(RenderErrors, AbsurdOptionValuesAreRefusedByName) {
                                      {"--filter", "cubic"},
                                      {"--mode", "iso"},
                                      {"--method", "tcdvrm"},
-                                     {"--precision", "fast"},
+                                     {"--precision", "half"},
                                      {"--threads", "0"},
                                      {"--threads", "-2"},
                                      {"--threads", "100000"},

@@ -231,7 +231,7 @@ TEST_F(Render, EveryKindOfPictureShowsSomething) {
                                      {"--mode", "average", "--filter", "nearest"},
                                      {"--tf", "cividis", "--unit-distance", "0.5", "--terminate", "0.9"},
                                      {"--tf", dir / "tf.txt"},
-                                     {"--tf", dir / "tf.txt", "--range", "auto", "--precision", "full"},
+                                     {"--tf", dir / "tf.txt", "--range", "auto", "--precision", "fast"},
                                      {"--clip-box", "0,0,0,40,20,20"}};
   for (size_t i = 0; i < looks.size(); ++i) {
     const std::string out = "look" + std::to_string(i);

@@ -23,6 +23,7 @@ std::vector<Variant> variants() {
   const RendererOptions one = withMethod(Method::segments, 1);
   return {
       {"soft", soft, one},
+      {"fast", [](RenderSettings& s, ElementType) { s.precision = Precision::fast; }, two},
       {"softHalfStepTwoThreads", [](RenderSettings& s, ElementType) { s.step = 0.5; }, two},
       {"softWithoutSkipping", [](RenderSettings& s, ElementType) { s.skipInvisible = false; }, one},
       {"softNeverTerminating", [](RenderSettings& s, ElementType) { s.terminate = 1; }, reversed},

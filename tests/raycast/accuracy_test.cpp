@@ -80,6 +80,25 @@ INSTANTIATE_TEST_SUITE_P(AllScenes, KernelAccuracy,
                                   std::string(kairos::name(std::get<0>(combination.param)));
                          });
 
+// Integer weights exist where the packet kernel does; elsewhere fast is as accurate as full.
+TEST_P(KernelAccuracy, StaysWithin3e4OfTheReferenceWhenFast) {
+  const auto [type, sceneNumber] = GetParam();
+  const test::Scene scene = test::allScenes(type)[sceneNumber];
+  const auto functions = test::allTransferFunctions(type);
+  size_t turn = sceneNumber;
+  for (const char* camera : {"iso", "close", "ortho", "orthoZ", "inside", "-y"})
+    for (const double step : {1.0, 0.3}) {
+      const auto& tf = functions[turn++ % functions.size()];
+      RenderSettings settings = test::settingsFor(scene, camera, tf.function, 40, 36);
+      settings.step = step;
+      settings.precision = Precision::fast;
+      const test::Caster caster(scene, settings);
+      for (const auto& kernel : caster.kernels())
+        EXPECT_LE(test::deviation(caster, caster.cast(kernel), caster.reference()).largest, 3e-4)
+            << camera << " " << tf.name << " " << kernel.name << " step " << step;
+    }
+}
+
 TEST(Kernels, MatchTheReferenceOnTheBundledJet) {
   const test::Scene scene = test::jet1(40);
   for (const auto& tf : test::allTransferFunctions(ElementType::u8))
