@@ -136,8 +136,8 @@ def parsed(words):
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--kairos", required=True, help="kairos_driver")
     parser.add_argument("--openvkl", help="openvkl_driver, where it could be built")
-    parser.add_argument("--variants", nargs="+", default=["full"],
-                        help='of Kairos: a precision and further options, as "full --isa avx2" [full]')
+    parser.add_argument("--variants", nargs="+", default=["full", "fast"],
+                        help='of Kairos: a precision and further options, as "full --isa avx2" [full fast]')
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--prepare", action="store_true", help="only compute the references")

@@ -154,7 +154,7 @@ def main():
     parser.add_argument("smoke", help="folder of .vdb steps")
     parser.add_argument("--grid", default="density")
     parser.add_argument("--kairos", required=True, help="folder of kairos and kairos_driver")
-    parser.add_argument("--precisions", nargs="+", default=["full"])
+    parser.add_argument("--precisions", nargs="+", default=["full", "fast"])
     parser.add_argument("--transfer", nargs="+", choices=["colour", "grey"], default=["colour", "grey"])
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=5)

@@ -21,7 +21,7 @@ namespace {
 struct Arguments {
   std::string scene;
   int threads = 1;
-  std::string precision;
+  Precision precision = Precision::full;
   Isa isa = Isa::automatic;
   Kernel kernel = Kernel::fastest;
   double step = 0;  // 0: the scene's
@@ -38,7 +38,9 @@ void addOptions(CLI::App& app, Arguments& a) {
   }();
   app.add_option("scene", a.scene);
   app.add_option("--threads", a.threads);
-  app.add_option("--precision", a.precision)->check(CLI::IsMember({"full"}));
+  app.add_option("--precision", a.precision)
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, Precision>{{"full", Precision::full}, {"fast", Precision::fast}}));
   app.add_option("--isa", a.isa)->transform(CLI::CheckedTransformer(isas));
   app.add_option("--kernel", a.kernel)
       ->transform(CLI::CheckedTransformer(
@@ -72,7 +74,7 @@ RenderSettings settingsOf(const bench::Scene& scene, const Arguments& a) {
   s.unitDistance = 1;
   s.step = a.step > 0 ? a.step : scene.step;
   s.terminate = a.terminate >= 0 ? a.terminate : scene.terminate;
-
+  s.precision = a.precision;
   s.isa = a.isa;
   s.kernel = a.kernel;
   return s;
