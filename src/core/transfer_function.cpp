@@ -150,6 +150,9 @@ ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange 
 }
 
 bool ClassificationTable::visible(float lo, float hi) const {
+  // Equal values interpolate to themselves, and what lies at or below the first node is clamped to it: exact
+  // in every kernel. So a ramp that rises from the background's value does not make empty space visible.
+  if (lo == hi && hi <= range_.lo) return nodes_[0].a > 0;
   const int n = nodeCount();
   const auto node = [&](float v) {
     const double x = (double(v) - range_.lo) * scale_;

@@ -230,6 +230,16 @@ TEST(VisibleRange, AnInvisibleFunctionHasAnEmptyVisibleRange) {
   EXPECT_EQ(table.lastVisible(), -kInfinity);
 }
 
+TEST(VisibleRange, UniformSpaceAtTheStartOfARampIsInvisible) {
+  const ClassificationTable ramp(white({{0, 0}, {255, 1}}), {0, 255}, 1);
+  EXPECT_FALSE(ramp.visible(0, 0));
+  EXPECT_FALSE(ramp.visible(-3, -3));
+  EXPECT_TRUE(ramp.visible(0, 0.5f));
+  EXPECT_TRUE(ramp.visible(1, 1));
+  const ClassificationTable raised(white({{0, 0.1}, {255, 1}}), {0, 255}, 1);
+  EXPECT_TRUE(raised.visible(0, 0));
+}
+
 TEST(VisibleRange, AFunctionVisibleAtItsEndsIsVisibleBeyondThem) {
   const ClassificationTable table(white({{0, 0.2}, {1, 0.2}}), {0, 1}, 1);
   EXPECT_TRUE(table.visible(-100, -50));
