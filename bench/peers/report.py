@@ -70,6 +70,7 @@ def plot(results, path):
     """How many times as long every peer takes as Kairos, with the spread over the rounds."""
     import matplotlib
     matplotlib.use("Agg")
+    matplotlib.rcParams["svg.fonttype"] = "none"  # text stays text
     from matplotlib import pyplot
     bars = []
     for kind, name, result, unit in sections(results):
