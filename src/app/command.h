@@ -26,5 +26,6 @@ void addDiffCommand(CLI::App& root, CommandContext& context);
 void addInfoCommand(CLI::App& root, CommandContext& context);
 void addRenderCommand(CLI::App& root, CommandContext& context);
 void addCompareCommand(CLI::App& root, CommandContext& context);
+void addBenchCommand(CLI::App& root, CommandContext& context);
 
 }  // namespace kairos

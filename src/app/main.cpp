@@ -76,6 +76,7 @@ constexpr const char* kExamples = R"(Examples:
   kairos info seq/                                          what the sequence holds
   kairos render seq/ -o out/frame.####.exr --png            the dynamic phase: one image per time step
   kairos compare out/frame.####.exr ref/frame.####.exr      how far two animations are apart
+  kairos bench seq/ -o report/                              every method and budget against the exact frames
 
 'kairos COMMAND --help' explains each command and its options.
 Exit codes: 0 done, 1 failed, 2 wrong usage, 130 interrupted.)";
@@ -180,6 +181,7 @@ int runProgram(int argc, char** argv) {
   addInfoCommand(root, context);
   addRenderCommand(root, context);
   addCompareCommand(root, context);
+  addBenchCommand(root, context);
   for (CLI::App* command : root.get_subcommands([](CLI::App*) { return true; })) command->group("Commands");
   const bool option = argc > 1 && argv[1][0] == '-';
   if (argc < 2 || (!option && !isCommand(root, argv[1])))

@@ -102,16 +102,9 @@ void RenderRun::open() {
 }
 
 void RenderRun::selectFrames() {
-  const auto& steps = source_->steps();
-  const auto inside = [&](int64_t step) { return arguments_.frames.contains(step); };
-  const auto first = std::find_if(steps.begin(), steps.end(), inside);
-  if (first == steps.end())
-    refuseValue("--frames", arguments_.framesText,
-                "time steps of " + source_->name() + ", which has " + countText(steps.size(), "step") +
-                    " from " + std::to_string(steps.front()) + " to " + std::to_string(steps.back()));
-  firstSelected_ = size_t(first - steps.begin());
-  lastSelected_ = firstSelected_;
-  while (lastSelected_ + 1 < steps.size() && inside(steps[lastSelected_ + 1])) ++lastSelected_;
+  const SelectedSteps selected = selectSteps(*source_, arguments_.frames, "--frames", arguments_.framesText);
+  firstSelected_ = selected.first;
+  lastSelected_ = selected.last;
 }
 
 ValueRange RenderRun::dataRange() {

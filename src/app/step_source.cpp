@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/text_format.h"
 #include "core/error.h"
 #include "diff/change_detection.h"
 #include "io/file_bytes.h"
@@ -135,6 +136,19 @@ class SeriesSource : public StepSource {
 };
 
 }  // namespace
+
+SelectedSteps selectSteps(const StepSource& source, const StepRange& range, const std::string& option,
+                          const std::string& text) {
+  const auto& steps = source.steps();
+  const auto first = std::find_if(steps.begin(), steps.end(), [&](int64_t s) { return range.contains(s); });
+  if (first == steps.end())
+    refuseValue(option, text,
+                "time steps of " + source.name() + ", which has " + countText(steps.size(), "step") +
+                    " from " + std::to_string(steps.front()) + " to " + std::to_string(steps.back()));
+  SelectedSteps selected{size_t(first - steps.begin()), size_t(first - steps.begin())};
+  while (selected.last + 1 < steps.size() && range.contains(steps[selected.last + 1])) ++selected.last;
+  return selected;
+}
 
 std::unique_ptr<StepSource> openStepSource(const InputArguments& input, double tolerance, ThreadPool& pool) {
   std::unique_ptr<StepSource> source;

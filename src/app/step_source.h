@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/input_arguments.h"
+#include "app/option_values.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "core/transfer_function.h"
@@ -55,6 +56,16 @@ class StepSource {
   Lattice lattice_;
   std::vector<int64_t> steps_;
 };
+
+/// Positions in `steps()`, both included.
+struct SelectedSteps {
+  size_t first = 0, last = 0;
+};
+
+/// The steps of a source inside `range`, which `text` names after `option`. Throws OptionError when there are
+/// none.
+SelectedSteps selectSteps(const StepSource& source, const StepRange& range, const std::string& option,
+                          const std::string& text);
 
 /// Opens INPUT. `tolerance` is for simulation files, where changes are found here: 0, or the error a voxel
 /// may have. The pool must outlive the source. Throws InputError and OptionError.

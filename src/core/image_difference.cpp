@@ -25,22 +25,6 @@ double meanOf(const Image& map) {
   return map.data.empty() ? 0 : sum / double(map.data.size());
 }
 
-struct ChannelErrors {
-  double rmse = 0, max = 0;
-};
-
-// A difference that is no number (NaN, or of two infinities) is an infinite one: a broken image never passes.
-ChannelErrors channelErrors(const Image& a, const Image& b) {
-  double sum = 0, max = 0;
-  for (size_t i = 0; i < a.data.size(); ++i) {
-    const double d = std::abs(double(a.data[i]) - double(b.data[i]));
-    if (!std::isfinite(d)) return {kInfinity, kInfinity};
-    sum += d * d;
-    max = std::max(max, d);
-  }
-  return {a.data.empty() ? 0 : std::sqrt(sum / double(a.data.size())), max};
-}
-
 }  // namespace
 
 void requireComparable(const Image& a, const Image& b) {
@@ -53,13 +37,29 @@ void requireComparable(const Image& a, const Image& b) {
                       "found images of " + sizeOf(a) + " and " + sizeOf(b) + " pixels, expected equal sizes");
 }
 
-ImageDifference compareImages(const Image& a, const Image& b) {
+// A difference that is no number (NaN, or of two infinities) is an infinite one: a broken image never passes.
+ColourError colourError(const Image& a, const Image& b) {
   requireComparable(a, b);
-  const ChannelErrors errors = channelErrors(a, b);
+  double sum = 0, max = 0;
+  for (size_t i = 0; i < a.data.size(); ++i) {
+    const double d = std::abs(double(a.data[i]) - double(b.data[i]));
+    if (!std::isfinite(d)) return {kInfinity, kInfinity};
+    sum += d * d;
+    max = std::max(max, d);
+  }
+  return {a.data.empty() ? 0 : std::sqrt(sum / double(a.data.size())), max};
+}
+
+double psnrOf(double rmse) {
+  return -20 * std::log10(rmse);
+}
+
+ImageDifference compareImages(const Image& a, const Image& b) {
+  const ColourError errors = colourError(a, b);
   ImageDifference difference;
   difference.rmse = errors.rmse;
   difference.max = errors.max;
-  difference.psnr = -20 * std::log10(errors.rmse);
+  difference.psnr = psnrOf(errors.rmse);
   difference.ssim = meanSsim(a, b);
   difference.flip = meanOf(flipMap(a, b));
   return difference;

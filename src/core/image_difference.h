@@ -16,6 +16,14 @@ struct ImageDifference {
 /// difference of infinity, even against NaN; for SSIM it shows as black, for FLIP its pixel has error 1.
 ImageDifference compareImages(const Image& a, const Image& b);
 
+/// The two measures that cost no more than reading the images, as in ImageDifference.
+struct ColourError {
+  double rmse = 0, max = 0;
+};
+ColourError colourError(const Image& a, const Image& b);
+/// -20 log10(rmse): peak 1; infinite for 0.
+double psnrOf(double rmse);
+
 /// FLIP's per-pixel error map in [0, 1], one channel.
 Image flipMap(const Image& a, const Image& b);
 
