@@ -10,8 +10,11 @@ namespace kairos {
 /// headlight.)
 struct Headlight {
   static constexpr float kAmbient = 0.4f, kDiffuse = 0.6f, kSpecular = 0.15f;
-  /// g0 as a fraction of the classified range per voxel.
+  /// g0, per voxel. Gradients are in units of the classified range, so that an image does not depend on the
+  /// data's units, nor their squares on what a float can hold.
   static constexpr float kFlatGradient = 1.0f / 256;
+  /// Data far outside the classified range may be steeper by any factor; no component counts for more.
+  static constexpr float kSteepest = 1e18f;
 };
 
 }  // namespace kairos

@@ -190,8 +190,10 @@ HWY_INLINE void shade(const KernelScene& scene, const Position& indexGradient, c
                       Colour& c) {
   const auto& m = scene.worldFromIndexGradient;
   const auto row = [&](int i) HWY_ATTR {
-    return hn::MulAdd(set(m[i][0]), indexGradient.x,
-                      hn::MulAdd(set(m[i][1]), indexGradient.y, hn::Mul(set(m[i][2]), indexGradient.z)));
+    const VF g =
+        hn::MulAdd(set(m[i][0]), indexGradient.x,
+                   hn::MulAdd(set(m[i][1]), indexGradient.y, hn::Mul(set(m[i][2]), indexGradient.z)));
+    return hn::Min(hn::Max(g, set(-Headlight::kSteepest)), set(Headlight::kSteepest));
   };
   const auto dot3 = [](const Position& a, const Position& b)
                         HWY_ATTR { return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z))); };

@@ -126,11 +126,12 @@ KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& v
   s.footprintShift = float(settings.footprintShift());
   const Affine indexFromWorld = volume.lattice().worldFromIndex.inverse();
   const double voxel = volume.lattice().worldFromIndex.voxelSize();
+  const double rangeWidth = double(table.range().hi) - double(table.range().lo);
+  const double gradientUnit = voxel / (rangeWidth > 0 ? rangeWidth : 1);
   for (int row = 0; row < 3; ++row)
     for (int a = 0; a < 3; ++a)
-      s.worldFromIndexGradient[row][a] = float(indexFromWorld.column[size_t(row)][a] * voxel);
-  const float flat = Headlight::kFlatGradient * (table.range().hi - table.range().lo);
-  s.flatGradientSquared = std::max(flat * flat, 1e-30f);
+      s.worldFromIndexGradient[row][a] = float(indexFromWorld.column[size_t(row)][a] * gradientUnit);
+  s.flatGradientSquared = Headlight::kFlatGradient * Headlight::kFlatGradient;
   return s;
 }
 

@@ -80,6 +80,8 @@ void shadeScalar(const KernelScene& scene, const std::array<Real, 3>& indexGradi
   for (size_t row = 0; row < 3; ++row) {
     Real g = 0;
     for (size_t a = 0; a < 3; ++a) g += Real(scene.worldFromIndexGradient[row][a]) * indexGradient[a];
+    constexpr Real kSteepest = Real(Headlight::kSteepest);
+    g = g > -kSteepest ? (g < kSteepest ? g : kSteepest) : -kSteepest;
     squared += g * g;
     along += g * direction[row];
   }

@@ -30,7 +30,7 @@ struct KernelScene {
   float background;
   float worldStep;
   float footprintShift;
-  float worldFromIndexGradient[3][3];  // rows; applied to index-space gradients, scaled by the voxel size
+  float worldFromIndexGradient[3][3];  // rows; from index space to ranges per voxel edge
   float flatGradientSquared;           // g0^2 of Headlight
 };
 
