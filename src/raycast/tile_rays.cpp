@@ -64,18 +64,18 @@ ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const
       shift_(settings.footprintShift()),
       footprintWidth_(settings.footprintWidth()),
       shaded_(settings.shade),
-      gridFromWorld_(lattice.worldFromIndex.inverse()),
       samplingBox_(lattice.samplingBox()),
       clipped_(settings.clipBox.has_value()),
       clipBox_(settings.clipBox.value_or(PointBox{})) {
   const Vec3d origin(gridOrigin);
-  gridFromWorld_.translation = gridFromWorld_.translation - origin;
+  const Affine indexFromWorld = lattice.worldFromIndex.inverse();
   samplingBox_.lo = samplingBox_.lo - origin;
   samplingBox_.hi = samplingBox_.hi - origin;
-  eye_ = gridFromWorld_.point(settings.camera.eye);
-  right_ = gridFromWorld_.vector(generator_.right());
-  down_ = -gridFromWorld_.vector(generator_.up());
-  forward_ = gridFromWorld_.vector(generator_.forward());
+  // The difference first: far from the world's origin, two large products would leave their rounding.
+  eye_ = indexFromWorld.vector(settings.camera.eye - lattice.worldFromIndex.translation) - origin;
+  right_ = indexFromWorld.vector(generator_.right());
+  down_ = -indexFromWorld.vector(generator_.up());
+  forward_ = indexFromWorld.vector(generator_.forward());
   const PointBox world = lattice.worldBounds();
   const double farthest =
       length(settings.camera.eye - (world.lo + world.hi) * 0.5) + length(world.hi - world.lo);

@@ -105,7 +105,6 @@ class ViewRays {
   double shift_;
   int footprintWidth_;
   bool shaded_;
-  Affine gridFromWorld_;
   Vec3d eye_;
   Vec3d right_, down_, forward_;  // image axes in grid space, one world unit long
   PointBox samplingBox_;          // grid space
