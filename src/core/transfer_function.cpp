@@ -120,12 +120,17 @@ ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange 
     : range_(range) {
   if (!std::isfinite(range.lo) || !std::isfinite(range.hi) || range.hi < range.lo)
     throw OptionError("--range", "expected two finite numbers LO,HI with LO <= HI");
+  // Below that, the table's nodes per value overflow a float.
+  constexpr double kNarrowest = 4096 / double(std::numeric_limits<float>::max());
+  if (const double width = double(range.hi) - double(range.lo); width > 0 && width < kNarrowest)
+    throw OptionError("--range", "LO and HI are closer together than 1.3e-35: give the data in larger units");
   if (!(distanceInUnits > 0) || !std::isfinite(distanceInUnits))
     throw OptionError("--unit-distance", "the sample distance over the unit distance must be above 0");
   constexpr double kTolerance = 2e-3;
   for (int n : {256, 1024, 4096}) {
     nodes_ = tabulate(tf, range, distanceInUnits, n);
-    if (tableError(nodes_, tf, range, distanceInUnits) <= kTolerance) break;
+    // Over a short distance every opacity is small; what counts is the error over a unit distance.
+    if (tableError(nodes_, tf, range, distanceInUnits) <= kTolerance * std::min(1.0, distanceInUnits)) break;
   }
   const int n = nodeCount();
   for (size_t i = 0; i < size_t(n); ++i) {

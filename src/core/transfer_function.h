@@ -51,7 +51,7 @@ class TransferFunction {
 /// Classification of samples taken `distanceInUnits` unit distances apart: nodes of premultiplied,
 /// opacity-corrected linear RGBA, linear in between. This table *is* the transfer function of every renderer,
 /// the scalar oracle included. The node count is the smaller of 256 and 1024 that keeps every channel within
-/// 2e-3 of the function itself, else 4096.
+/// 2e-3 of the function itself, over the sample distance or, if that is longer, a unit distance; else 4096.
 class ClassificationTable {
  public:
   ClassificationTable() = default;

@@ -61,6 +61,14 @@ TEST(ClassificationTable, TakesOnlyAsManyNodesAsTheFunctionNeeds) {
   }
 }
 
+TEST(ClassificationTable, KeepsNarrowBandsAtFineSteps) {
+  // Over a 64th of the distance the band's opacity is 64 times smaller; it is no less visible in the image.
+  const TransferFunction band = white({{0, 0}, {0.43, 0}, {0.432, 0.3}, {0.434, 0}, {1, 0}});
+  const ClassificationTable coarse(band, {0, 1}, 1), fine(band, {0, 1}, 1.0 / 64);
+  EXPECT_GE(fine.nodeCount(), coarse.nodeCount());
+  EXPECT_NEAR(64 * std::log1p(-fine.classify(0.432)[3]), std::log1p(-coarse.classify(0.432)[3]), 0.01);
+}
+
 TEST(ClassificationTable, AStepGetsTheFinestTable) {
   const ClassificationTable table(white({{0, 0}, {0.5, 0}, {0.5, 1}, {1, 1}}), {0, 1}, 1);
   EXPECT_EQ(table.nodeCount(), 4096);
