@@ -153,26 +153,5 @@ TEST(ConstantColour, IsThatColourTimesTheOpacity) {
   }
 }
 
-TEST(StepSize, ConvergesToOneImage) {
-  const auto scene = test::marschnerLobb(ElementType::f32, 24);
-  const TransferFunction tf = test::softTransferFunction(ElementType::f32);
-  const auto imageAt = [&](double step) {
-    RenderSettings settings = test::settingsFor(scene, "iso", tf, 20, 18);
-    settings.step = step;
-    settings.terminate = 1;
-    return test::Caster(scene, settings).reference();
-  };
-  const auto finest = imageAt(1.0 / 32);
-  const auto error = [&](double step) {
-    const auto image = imageAt(step);
-    double sum = 0;
-    for (size_t i = 0; i < image.size(); ++i) sum += std::abs(image[i] - finest[i]);
-    return sum / double(image.size());
-  };
-  const double coarse = error(1), fine = error(0.25);
-  EXPECT_LT(fine, coarse * 0.5);
-  EXPECT_LT(coarse, 0.02);
-}
-
 }  // namespace
 }  // namespace kairos

@@ -155,14 +155,16 @@ std::vector<double> castFieldDirectly(const Scene& scene, const RenderSettings& 
   const Affine indexFromWorld = scene.lattice.worldFromIndex.inverse();
   const PointBox box = scene.lattice.samplingBox(), world = scene.lattice.worldBounds();
   const double step = settings.worldStep(scene.lattice);
-  const auto last = int(
-      2 + (length(world.hi - world.lo) + length(settings.camera.eye - (world.lo + world.hi) * 0.5)) / step);
+  const Vec3d centre = (world.lo + world.hi) * 0.5;
+  const double radius = length(world.hi - world.lo);
   std::vector<double> image;
   for (int y = 0; y < settings.height; ++y)
     for (int x = 0; x < settings.width; ++x) {
       const Ray ray = generator.ray(x + 0.5, y + 0.5);
       double colour[4] = {0, 0, 0, 0}, largest = -HUGE_VAL, sum = 0;
-      for (int k = 0; k < last; ++k) {
+      const double away = length(ray.origin - centre);
+      const int first = std::max(0, int((away - radius) / step) - 2), last = int((away + radius) / step) + 2;
+      for (int k = first; k < last; ++k) {
         const Vec3d world3 = ray.origin + ray.direction * ((k + 0.5) * step),
                     p = indexFromWorld.point(world3);
         if (!inside(box, p) || (settings.clipBox && !inside(*settings.clipBox, world3))) continue;
