@@ -1,5 +1,7 @@
 #include "raycast/occupancy.h"
 
+#include <bit>
+
 namespace kairos {
 
 Occupancy::Occupancy(const RenderSettings& settings, const ClassificationTable& table)
@@ -10,14 +12,17 @@ bool Occupancy::judgeRange(ValueRange range) const {
   return range.lo != range.hi || range.lo != background_;
 }
 
-// The brick's visible windows; none of an invisible brick.
-uint64_t Occupancy::judge(const BrickVolume& volume, uint32_t cell) const {
+// The brick's visible windows; none of an invisible brick. Only those in `dirty` are judged anew.
+uint64_t Occupancy::judge(const BrickVolume& volume, uint32_t cell, uint64_t dirty) const {
   if (!skip_) return ~uint64_t(0);
   if (!judgeRange(volume.range(cell))) return 0;
   if (mode_ == RenderMode::mip) return ~uint64_t(0);  // a window of background still counts as background
-  uint64_t mask = 0;
-  const auto ranges = volume.windowRanges(cell);
-  for (size_t w = 0; w < kWindows; ++w) mask |= uint64_t(judgeRange(ranges[w])) << w;
+  uint64_t mask = windows_[cell] & ~dirty;
+  const std::array<ValueRange, kWindows> ranges = volume.windowRanges(cell);
+  for (uint64_t rest = dirty; rest != 0; rest &= rest - 1) {
+    const auto w = size_t(std::countr_zero(rest));
+    mask |= uint64_t(judgeRange(ranges[w])) << w;
+  }
   return mask;
 }
 
@@ -27,20 +32,20 @@ void Occupancy::build(const BrickVolume& volume) {
   windows_.resize(volume.cellCount());
   visibleCount_ = 0;
   for (uint32_t cell = 0; cell < volume.cellCount(); ++cell) {
-    windows_[cell] = judge(volume, cell);
+    windows_[cell] = judge(volume, cell, ~uint64_t(0));
     visible_[cell] = windows_[cell] != 0;
     visibleCount_ += visible_[cell];
   }
 }
 
-void Occupancy::update(const BrickVolume& volume, std::span<const uint32_t> cells,
-                       std::vector<uint8_t>& before) {
-  before.resize(cells.size());
-  for (size_t i = 0; i < cells.size(); ++i) {
-    uint8_t& flag = visible_[cells[i]];
+void Occupancy::update(const BrickVolume& volume, const DirtyBricks& dirty, std::vector<uint8_t>& before) {
+  before.resize(dirty.cells.size());
+  for (size_t i = 0; i < dirty.cells.size(); ++i) {
+    const uint32_t cell = dirty.cells[i];
+    uint8_t& flag = visible_[cell];
     before[i] = flag;
-    windows_[cells[i]] = judge(volume, cells[i]);
-    flag = windows_[cells[i]] != 0;
+    windows_[cell] = judge(volume, cell, dirty.windows[i]);
+    flag = windows_[cell] != 0;
     visibleCount_ += flag - before[i];
   }
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "raycast/render_settings.h"
@@ -19,8 +18,8 @@ class Occupancy {
   Occupancy(const RenderSettings& settings, const ClassificationTable& table);
 
   void build(const BrickVolume& volume);
-  /// Refreshes `cells` after an update of the volume. `before[i]` receives the earlier flag of cells[i].
-  void update(const BrickVolume& volume, std::span<const uint32_t> cells, std::vector<uint8_t>& before);
+  /// Refreshes what an update of the volume touched. `before[i]` receives the earlier flag of dirty.cells[i].
+  void update(const BrickVolume& volume, const DirtyBricks& dirty, std::vector<uint8_t>& before);
 
   bool visible(uint32_t cell) const { return visible_[cell] != 0; }
   /// One bit per window of each brick (see kWindows): samples whose footprint starts in a window's block add
@@ -30,7 +29,7 @@ class Occupancy {
   uint32_t visibleCount() const { return visibleCount_; }
 
  private:
-  uint64_t judge(const BrickVolume& volume, uint32_t cell) const;
+  uint64_t judge(const BrickVolume& volume, uint32_t cell, uint64_t dirty) const;
   bool judgeRange(ValueRange range) const;
 
   const ClassificationTable& table_;

@@ -46,7 +46,7 @@ AppliedChanges SceneState::apply(const ChangedVoxels& changes) {
         std::to_string(*changes.stateBefore) + ", the volume's is " + std::to_string(*checksum_));
   const DirtyBricks& dirty = volume_->apply(changes, pool_);
   checksum_ = changes.stateAfter;
-  occupancy_->update(*volume_, dirty.cells, visibleBefore_);
+  occupancy_->update(*volume_, dirty, visibleBefore_);
   return {dirty.cells, dirty.subBlocks, visibleBefore_};
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "volume/brick_update.h"
 
 namespace kairos {
 
@@ -16,13 +17,23 @@ namespace kairos {
 class BrickVolume::Pool {
  public:
   explicit Pool(ElementType type)
-      : windowOffset_(roundUp(size_t(kBrickVoxels) * size_t(bytesPerVoxel(type)) + kSlack)),
-        brickBytes_(windowOffset_ + kWindows * sizeof(ValueRange)) {}
+      : rangesOffset_(roundUp(size_t(kBrickVoxels) * size_t(bytesPerVoxel(type)) + kSlack)),
+        brickBytes_(rangesOffset_ +
+                    dispatch(type, []<class T>() { return roundUp(sizeof(BlockRanges<T>)); })) {}
 
-  // The window ranges stand behind the voxels.
-  ValueRange* windows(const void* brick) const {
-    return reinterpret_cast<ValueRange*>(const_cast<std::byte*>(static_cast<const std::byte*>(brick)) +
-                                         windowOffset_);
+  // The ranges of its blocks stand behind a brick's voxels.
+  template <class T>
+  BlockRanges<T>& blockRanges(const void* brick) const {
+    return *reinterpret_cast<BlockRanges<T>*>(const_cast<std::byte*>(static_cast<const std::byte*>(brick)) +
+                                              rangesOffset_);
+  }
+
+  template <class T>
+  T* allocateFilled(T background) {
+    T* brick = static_cast<T*>(allocate());
+    std::fill_n(brick, kBrickVoxels, background);
+    blockRanges<T>(brick).fill(background);
+    return brick;
   }
 
   void* allocate() {
@@ -53,22 +64,10 @@ class BrickVolume::Pool {
     void operator()(void* p) const { std::free(p); }
   };
 
-  size_t windowOffset_, brickBytes_;
+  size_t rangesOffset_, brickBytes_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<void, Free>> chunks_;
   std::vector<void*> free_;
-};
-
-// A leaf to be written: 512-bit mask and packed values, or all 512 values where `mask` is null.
-struct BrickVolume::LeafView {
-  Vec3i origin;
-  const uint64_t* mask;
-  const void* values;
-};
-
-// One leaf's (or its first half's) place in one brick.
-struct BrickVolume::Placement {
-  uint32_t cell, leaf;
 };
 
 namespace {
@@ -76,164 +75,6 @@ namespace {
 // How far below the sampling box a footprint's low corner may start: one voxel for the sampling margin, one
 // for the gradient stencil, three for the smallest corner of a 4x4 packet.
 constexpr int kLowMargin = 5;
-
-constexpr int kBlocks = kBrickStride / kWindowBlock;  // 4^3 blocks along a brick's edge, apron included
-
-ValueRange unite(ValueRange a, ValueRange b) {
-  return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)};
-}
-
-// Ranges of the five blocks in one row of blocks.
-template <class T>
-void blockRowRanges(const T* voxels, int by, int bz, ValueRange* ranges) {
-  // Elementwise over whole rows, so that the compiler keeps 20 minima and maxima in vector registers.
-  const T* first = voxels + (bz * kBrickStride + by) * kWindowBlock * kBrickStride;
-  T lo[kBrickStride], hi[kBrickStride];
-  std::copy_n(first, kBrickStride, lo);
-  std::copy_n(first, kBrickStride, hi);
-  for (int z = 0; z < kWindowBlock; ++z)
-    for (int y = 0; y < kWindowBlock; ++y) {
-      const T* row = first + (z * kBrickStride + y) * kBrickStride;
-      for (int x = 0; x < kBrickStride; ++x) {
-        lo[x] = row[x] < lo[x] ? row[x] : lo[x];
-        hi[x] = row[x] > hi[x] ? row[x] : hi[x];
-      }
-    }
-  for (int b = 0; b < kBlocks; ++b)
-    ranges[b] = {float(*std::min_element(lo + b * kWindowBlock, lo + (b + 1) * kWindowBlock)),
-                 float(*std::max_element(hi + b * kWindowBlock, hi + (b + 1) * kWindowBlock))};
-}
-
-// Fills the ranges of all windows; returns the brick's.
-template <class T>
-ValueRange summarise(const T* voxels, ValueRange* windows) {
-  ValueRange blocks[kBlocks][kBlocks][kBlocks];
-  for (int z = 0; z < kBlocks; ++z)
-    for (int y = 0; y < kBlocks; ++y) blockRowRanges(voxels, y, z, blocks[z][y]);
-  ValueRange all = blocks[0][0][0];
-  for (int z = 0; z < kBlocks - 1; ++z)
-    for (int y = 0; y < kBlocks - 1; ++y)
-      for (int x = 0; x < kBlocks - 1; ++x) {
-        ValueRange window = blocks[z][y][x];
-        for (int n = 1; n < 8; ++n)
-          window = unite(window, blocks[z + (n >> 2)][y + (n >> 1 & 1)][x + (n & 1)]);
-        windows[x + 4 * y + 16 * z] = window;
-        all = unite(all, window);
-      }
-  return all;
-}
-
-// Which of the four 5-voxel blocks along x a 20-bit row mask touches.
-constexpr uint64_t blocksOfRow(uint32_t row) {
-  return uint64_t((row & 0x1f) != 0) | uint64_t((row & 0x3e0) != 0) << 1 |
-         uint64_t((row & 0x7c00) != 0) << 2 | uint64_t((row & 0xf8000) != 0) << 3;
-}
-
-template <class T>
-T stored(T value, T background) {
-  // A comparison rather than isfinite, so that rows are converted by vector instructions.
-  if constexpr (std::is_floating_point_v<T>)
-    return std::abs(value) <= std::numeric_limits<T>::max() ? value : background;
-  return value;
-}
-
-// Copies a whole or half row of a leaf.
-template <class T>
-void storeRow(const T* values, int count, T background, T* out) {
-  if (count == kLeafEdge) {
-    for (int x = 0; x < kLeafEdge; ++x) out[x] = stored(values[x], background);
-  } else {
-    for (int x = 0; x < kBrickApron; ++x) out[x] = stored(values[x], background);
-  }
-}
-
-// Sub-blocks that a box of a brick's voxels touches.
-uint64_t subBlocksOfBox(const Vec3i& lo, const Vec3i& size) {
-  const auto axis = [](int first, int count, int bit) {
-    uint64_t bits = 0;
-    for (int b = first / kSubBlockEdge; b <= (first + count - 1) / kSubBlockEdge; ++b)
-      bits |= uint64_t(1) << (b * bit);
-    return bits;
-  };
-  // Products of sums of distinct powers never carry.
-  return axis(lo.x, size.x, 1) * axis(lo.y, size.y, 4) * axis(lo.z, size.z, 16);
-}
-
-template <class T>
-void storeWholeLeaf(const T* values, const Vec3i& at, const Vec3i& size, T background, T* brick) {
-  for (int z = 0; z < size.z; ++z)
-    for (int y = 0; y < size.y; ++y)
-      storeRow(values + leafOffset(0, y, z), size.x, background,
-               brick + ((at.z + z) * kBrickStride + at.y + y) * kBrickStride + at.x);
-}
-
-// Writes the changed voxels of a leaf; returns the sub-blocks they fall in.
-template <class T>
-uint64_t storeChangedVoxels(const uint64_t* mask, const T* values, const Vec3i& at, const Vec3i& size,
-                            T background, T* brick) {
-  uint64_t subBlocks = 0;
-  const uint32_t columns = (1u << size.x) - 1;
-  for (int z = 0; z < size.z; ++z) {
-    const T* next = values;
-    values += std::popcount(mask[z]);
-    for (int y = 0; y < size.y; ++y) {
-      const auto row = uint32_t(mask[z] >> (8 * y)) & 0xff;
-      if (row == 0) continue;
-      T* out = brick + ((at.z + z) * kBrickStride + at.y + y) * kBrickStride + at.x;
-      if (row == 0xff) {
-        storeRow(next, size.x, background, out);
-      } else {
-        const T* value = next;
-        for (uint32_t bits = row; bits != 0; bits &= bits - 1, ++value)
-          if (const int x = std::countr_zero(bits); x < size.x) out[x] = stored(*value, background);
-      }
-      next += std::popcount(row);
-      subBlocks |= blocksOfRow((row & columns) << at.x)
-                   << (4 * ((at.y + y) / kSubBlockEdge) + 16 * ((at.z + z) / kSubBlockEdge));
-    }
-  }
-  return subBlocks;
-}
-
-// Copies plane `from` of an axis to plane `to`, both counted in the brick's voxels.
-template <class T>
-void copyPlane(int axis, int from, int to, T* brick) {
-  const int strides[3] = {1, kBrickStride, kBrickStride * kBrickStride};
-  const int u = strides[(axis + 1) % 3], v = strides[(axis + 2) % 3], shift = (to - from) * strides[axis];
-  for (int j = 0; j < kBrickStride; ++j)
-    for (int i = 0; i < kBrickStride; ++i) {
-      T* source = brick + from * strides[axis] + i * u + j * v;
-      source[shift] = *source;
-    }
-}
-
-// Repeats the outermost voxels of dense data in the layer outside; what changed there has changed here.
-template <class T>
-void repeatFaces(const VoxelBox& domain, const Vec3i& origin, T* brick, uint64_t& subBlocks) {
-  const auto repeat = [&](int axis, int from, int to) {
-    if (std::min(from, to) < 0 || std::max(from, to) >= kBrickStride) return;
-    copyPlane(axis, from, to, brick);
-    if (from / kSubBlockEdge == to / kSubBlockEdge) return;
-    constexpr uint64_t kFirstBlocks[3] = {0x1111111111111111, 0x000f000f000f000f, 0x000000000000ffff};
-    const int unit = 1 << (2 * axis);
-    const uint64_t changed = subBlocks >> (from / kSubBlockEdge * unit) & kFirstBlocks[axis];
-    subBlocks |= changed << (to / kSubBlockEdge * unit);
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    const int first = domain.lo[axis] - origin[axis], last = domain.hi[axis] - 1 - origin[axis];
-    repeat(axis, first, first - 1);
-    repeat(axis, last, last + 1);
-  }
-}
-
-// Whether all 512 voxels of a leaf changed.
-bool wholeLeaf(const uint64_t* mask) {
-  return mask == nullptr || std::all_of(mask, mask + 8, [](uint64_t word) { return word == ~uint64_t(0); });
-}
-
-}  // namespace
-
-namespace {
 
 std::string positionText(const Vec3i& v) {
   std::string text = "(";
@@ -285,34 +126,32 @@ BrickVolume::BrickVolume(const Lattice& lattice, const Field& field, ThreadPool&
   if (cells > kMaxCells)
     throw StateError("the domain from " + positionText(domain.lo) + " to " + positionText(domain.hi) +
                      " needs more than 2^31 bricks of 16^3 voxels");
-  dispatch(lattice.type, [&]<class T>() {
-    T* brick = static_cast<T*>(pool_->allocate());
-    std::fill_n(brick, kBrickVoxels, T(background_));
-    summarise(brick, pool_->windows(brick));
-    backgroundBrick_ = brick;
-  });
+  dispatch(lattice.type, [&]<class T>() { backgroundBrick_ = pool_->allocateFilled(T(background_)); });
   bricks_.assign(size_t(cells), backgroundBrick_);
   ranges_.assign(size_t(cells), {float(background_), float(background_)});
+  leafCount_.assign(size_t(cells), 0);
 
-  leafViews_.clear();
-  std::visit(
-      [&](const auto& values) {
+  std::array<uint64_t, 8> wholeLeaf;
+  wholeLeaf.fill(~uint64_t(0));
+  const void* valuesEnd = std::visit(
+      [&](const auto& values) -> const void* {
         for (size_t i = 0; i < field.leafCount(); ++i)
-          leafViews_.push_back({field.leafOrigins[i], nullptr, values.data() + i * kLeafVoxels});
+          leafViews_.push_back({field.leafOrigins[i], wholeLeaf.data(), values.data() + i * kLeafVoxels});
+        return values.data() + values.size();
       },
       field.values);
-  scatter(leafViews_, pool);
+  scatter(valuesEnd, pool);
 }
 
 BrickVolume::~BrickVolume() = default;
 BrickVolume::BrickVolume(BrickVolume&&) noexcept = default;
 
-std::span<const ValueRange, kWindows> BrickVolume::windowRanges(uint32_t cell) const {
-  return std::span<const ValueRange, kWindows>(pool_->windows(bricks_[cell]), kWindows);
+std::array<ValueRange, kWindows> BrickVolume::windowRanges(uint32_t cell) const {
+  return dispatch(lattice_.type, [&]<class T>() { return windowsOf(pool_->blockRanges<T>(bricks_[cell])); });
 }
 
 uint64_t BrickVolume::memoryBytes() const {
-  return pool_->bytes() + bricks_.size() * (sizeof(void*) + sizeof(ValueRange));
+  return pool_->bytes() + bricks_.size() * (sizeof(void*) + sizeof(ValueRange) + sizeof(uint32_t));
 }
 
 uint32_t BrickVolume::allocatedBricks() const {
@@ -356,83 +195,81 @@ const DirtyBricks& BrickVolume::apply(const ChangedVoxels& changes, ThreadPool& 
     checkInsideDomain(leaf, lattice_.domain);
   }
   leafViews_.clear();
-  std::visit(
-      [&](const auto& values) {
+  const void* valuesEnd = std::visit(
+      [&](const auto& values) -> const void* {
         for (const ChangedLeaf& leaf : changes.leaves)
           leafViews_.push_back({leaf.origin, leaf.mask.data(), values.data() + leaf.first});
+        return values.data() + values.size();
       },
       changes.values);
-  scatter(leafViews_, pool);
+  scatter(valuesEnd, pool);
   return dirty_;
 }
 
-// Sorts the leaves per brick, so that each brick is touched once, by one thread.
-void BrickVolume::scatter(std::span<const LeafView> leaves, ThreadPool& pool) {
-  placements_.clear();
-  for (uint32_t i = 0; i < leaves.size(); ++i) {
-    const Vec3i local = leaves[i].origin - gridOrigin_;
-    Vec3i own, first;  // the owning cell, and the first cell whose apron reaches into the leaf
-    bool inside = true;
-    for (int a = 0; a < 3; ++a) {
-      own[a] = floorToMultiple(local[a], kBrickEdge) / kBrickEdge;
-      first[a] = std::max(own[a] - (local[a] == own[a] * kBrickEdge ? 1 : 0), 0);
-      inside = inside && local[a] >= 0 && own[a] < gridSize_[a];
-    }
-    if (!inside) continue;  // padding of a leaf that straddles the domain's edge
-    for (int z = first.z; z <= own.z; ++z)
-      for (int y = first.y; y <= own.y; ++y)
-        for (int x = first.x; x <= own.x; ++x) placements_.push_back({cellIndex({x, y, z}), i});
-  }
-  std::sort(placements_.begin(), placements_.end(), [](const Placement& a, const Placement& b) {
-    return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf;
-  });
-  groups_.clear();
-  dirty_.cells.clear();
-  for (uint32_t i = 0; i < placements_.size(); ++i)
-    if (i == 0 || placements_[i].cell != placements_[i - 1].cell) {
-      groups_.push_back(i);
-      dirty_.cells.push_back(placements_[i].cell);
-    }
-  groups_.push_back(uint32_t(placements_.size()));
-  dirty_.subBlocks.assign(dirty_.cells.size(), 0);
+namespace {
 
+// The cells that hold a part of a leaf at `local` of the grid: its own, and those whose apron begins with it.
+template <class Visit>
+void forEachCellOf(const Vec3i& local, const Vec3i& gridSize, Visit&& visit) {
+  Vec3i own, first;
+  for (int a = 0; a < 3; ++a) {
+    own[a] = floorToMultiple(local[a], kBrickEdge) / kBrickEdge;
+    first[a] = std::max(own[a] - (local[a] == own[a] * kBrickEdge ? 1 : 0), 0);
+    if (local[a] < 0 || own[a] >= gridSize[a]) return;  // padding of a leaf that straddles the domain's edge
+  }
+  for (int z = first.z; z <= own.z; ++z)
+    for (int y = first.y; y <= own.y; ++y)
+      for (int x = first.x; x <= own.x; ++x) visit(cellIndex({x, y, z}, gridSize));
+}
+
+}  // namespace
+
+// Sorts the leaves per brick by counting, so that each brick is touched once, by one thread.
+void BrickVolume::sortByCell() {
+  dirty_.cells.clear();
+  for (const LeafView& leaf : leafViews_)
+    forEachCellOf(leaf.origin - gridOrigin_, gridSize_, [&](uint32_t cell) {
+      if (leafCount_[cell]++ == 0) dirty_.cells.push_back(cell);
+    });
+  std::sort(dirty_.cells.begin(), dirty_.cells.end());
+  groupBegin_.assign(1, 0);
+  for (const uint32_t cell : dirty_.cells) {
+    groupBegin_.push_back(groupBegin_.back() + leafCount_[cell]);
+    leafCount_[cell] = groupBegin_[groupBegin_.size() - 2];  // from here on: where its next leaf goes
+  }
+  leavesOfCells_.resize(groupBegin_.back());
+  for (uint32_t i = 0; i < leafViews_.size(); ++i)
+    forEachCellOf(leafViews_[i].origin - gridOrigin_, gridSize_,
+                  [&](uint32_t cell) { leavesOfCells_[leafCount_[cell]++] = i; });
+  for (const uint32_t cell : dirty_.cells) leafCount_[cell] = 0;
+}
+
+void BrickVolume::scatter(const void* valuesEnd, ThreadPool& pool) {
+  sortByCell();
+  dirty_.subBlocks.resize(dirty_.cells.size());
+  dirty_.windows.resize(dirty_.cells.size());
   dispatch(lattice_.type, [&]<class T>() {
     pool.forEach(dirty_.cells.size(), 4, [&](size_t begin, size_t end) {
-      for (size_t g = begin; g < end; ++g)
-        updateBrick<T>(dirty_.cells[g],
-                       std::span(placements_).subspan(groups_[g], groups_[g + 1] - groups_[g]), leaves,
-                       dirty_.subBlocks[g]);
+      for (size_t group = begin; group < end; ++group) updateBrick<T>(group, valuesEnd);
     });
   });
 }
 
 template <class T>
-void BrickVolume::updateBrick(uint32_t cell, std::span<const Placement> placements,
-                              std::span<const LeafView> leaves, uint64_t& subBlocks) {
+void BrickVolume::updateBrick(size_t group, const void* valuesEnd) {
+  const uint32_t cell = dirty_.cells[group];
   const T background = T(background_);
   T* brick = const_cast<T*>(static_cast<const T*>(bricks_[cell]));
-  if (brick == backgroundBrick_) {
-    brick = static_cast<T*>(pool_->allocate());
-    std::fill_n(brick, kBrickVoxels, background);
-  }
-  const Vec3i origin = cellOrigin(cell);
-  for (const Placement& placement : placements) {
-    const LeafView& leaf = leaves[placement.leaf];
-    const Vec3i at =
-        leaf.origin - origin;  // 0, 8 or 16 on each axis; from 16 on only the apron's half is ours
-    const Vec3i extent{std::min(8, kBrickStride - at.x), std::min(8, kBrickStride - at.y),
-                       std::min(8, kBrickStride - at.z)};
-    const T* values = static_cast<const T*>(leaf.values);
-    if (wholeLeaf(leaf.mask)) {
-      storeWholeLeaf(values, at, extent, background, brick);
-      subBlocks |= subBlocksOfBox(at, extent);
-    } else {
-      subBlocks |= storeChangedVoxels(leaf.mask, values, at, extent, background, brick);
-    }
-  }
-  if (lattice_.dense) repeatFaces(lattice_.domain, origin, brick, subBlocks);
-  ranges_[cell] = summarise(brick, pool_->windows(brick));
-  if (ranges_[cell] == ValueRange{float(background), float(background)}) {
+  if (brick == backgroundBrick_) brick = pool_->allocateFilled(background);
+  const auto placements = std::span<const uint32_t>(leavesOfCells_)
+                              .subspan(groupBegin_[group], groupBegin_[group + 1] - groupBegin_[group]);
+  const BrickChange change = kairos::updateBrick(BrickUpdate<T>{
+      brick, pool_->blockRanges<T>(brick), cellOrigin(cell), background, placements, leafViews_,
+      static_cast<const T*>(valuesEnd), lattice_.dense ? &lattice_.domain : nullptr});
+  dirty_.subBlocks[group] = change.subBlocks;
+  dirty_.windows[group] = change.windows;
+  ranges_[cell] = change.range;
+  if (change.range == ValueRange{float(background), float(background)}) {
     pool_->release(brick);
     bricks_[cell] = backgroundBrick_;
   } else {

@@ -1,6 +1,7 @@
 // The render-side volume: a sparse grid of bricks, updated in place from changed voxels.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -42,7 +43,10 @@ inline Vec3i cellCoordinates(uint32_t cell, const Vec3i& gridSize) {
 struct DirtyBricks {
   std::vector<uint32_t> cells;
   std::vector<uint64_t> subBlocks;  // which sub-blocks of each received new values
+  std::vector<uint64_t> windows;    // which windows of each did; may say so of more
 };
+
+struct LeafView;
 
 /// Bricks of one element type over a fixed domain. A cell is a place in the brick grid; cells whose brick and
 /// apron hold nothing but the background share one brick. NaN and infinities are stored as the background
@@ -77,7 +81,7 @@ class BrickVolume {
   /// Range of a cell's values, apron included.
   ValueRange range(uint32_t cell) const { return ranges_[cell]; }
   /// Ranges of the cell's 64 windows.
-  std::span<const ValueRange, kWindows> windowRanges(uint32_t cell) const;
+  std::array<ValueRange, kWindows> windowRanges(uint32_t cell) const;
   bool isBackground(uint32_t cell) const { return bricks_[cell] == backgroundBrick_; }
 
   /// Writes the new values into every brick and apron that holds them, and refreshes value ranges in the same
@@ -90,13 +94,11 @@ class BrickVolume {
 
  private:
   class Pool;
-  struct LeafView;
-  struct Placement;
 
-  void scatter(std::span<const LeafView> leaves, ThreadPool& pool);
+  void scatter(const void* valuesEnd, ThreadPool& pool);
+  void sortByCell();
   template <class T>
-  void updateBrick(uint32_t cell, std::span<const Placement> placements, std::span<const LeafView> leaves,
-                   uint64_t& subBlocks);
+  void updateBrick(size_t group, const void* valuesEnd);
 
   Lattice lattice_;
   double background_;
@@ -107,8 +109,9 @@ class BrickVolume {
   std::vector<ValueRange> ranges_;
 
   // Scratch of `scatter`, kept so that a steady state allocates nothing.
-  std::vector<Placement> placements_;
-  std::vector<uint32_t> groups_;
+  std::vector<uint32_t> leavesOfCells_;  // numbers of leaves, dirty cell by dirty cell
+  std::vector<uint32_t> groupBegin_;     // where each dirty cell's begin
+  std::vector<uint32_t> leafCount_;      // per cell of the grid; 0 between updates
   std::vector<LeafView> leafViews_;
   DirtyBricks dirty_;
 };

@@ -103,7 +103,7 @@ TEST(Skipping, FollowsUpdatesOfTheVolume) {
     const auto written =
         test::randomVoxels(ElementType::u8, scene.lattice.domain, step % 2 == 0 ? 5 : 3000, 0, random);
     const DirtyBricks& dirty = volume.apply(test::changesOf(ElementType::u8, written), pool);
-    followed.update(volume, dirty.cells, before);
+    followed.update(volume, dirty, before);
     ASSERT_EQ(before.size(), dirty.cells.size());
     for (size_t i = 0; i < before.size(); ++i) {
       EXPECT_EQ(before[i], old[dirty.cells[i]]);
