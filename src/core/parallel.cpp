@@ -38,7 +38,7 @@ ThreadPool::ThreadPool(int threads)
 
 ThreadPool::~ThreadPool() = default;
 
-void ThreadPool::forEach(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) {
+void ThreadPool::run(size_t count, size_t grain, BodyReference body) {
   if (count == 0) return;
   grain = std::max<size_t>(grain, 1);
   if (threads_ == 1 || count <= grain) {

@@ -2,6 +2,7 @@
 #include "volume/brick_volume.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <cmath>
 #include <cstring>
@@ -282,6 +283,30 @@ TEST(BrickVolumeUpdate, ThreadsChangeNoBit) {
   for (size_t step = 0; step < dirtOne.size(); ++step) {
     EXPECT_EQ(dirtOne[step].cells, dirtFour[step].cells);
     EXPECT_EQ(dirtOne[step].subBlocks, dirtFour[step].subBlocks);
+  }
+}
+
+// Every instruction set that the update is compiled for, the plain one included.
+TEST(BrickVolumeUpdate, InstructionSetsChangeNoBit) {
+  ThreadPool pool(1);
+  const std::vector<int64_t> targets = {HWY_AVX3, HWY_AVX2, HWY_STATIC_TARGET};
+  for (ElementType type : test::kAllTypes) {
+    const auto scene = test::plume(type);
+    std::mt19937 random(3);
+    const auto written = test::randomVoxels(type, scene.lattice.domain, 20000, 0, random);
+    Model model(scene.lattice, scene.field);
+    for (const auto& [v, value] : written) model.set(v, value);
+    for (const int64_t target : targets) {
+      if ((hwy::SupportedTargets() & target) == 0) continue;
+      hwy::SetSupportedTargetsForTest(target);
+      hwy::GetChosenTarget().DeInit();
+      BrickVolume volume(scene.lattice, scene.field, pool);
+      expectDirt(volume.apply(test::changesOf(type, written), pool), bruteForceDirt(volume, written), false);
+      expectEquals(volume, model);
+      hwy::SetSupportedTargetsForTest(0);
+      hwy::GetChosenTarget().DeInit();
+      if (HasFatalFailure()) FAIL() << name(type) << " " << hwy::TargetName(target);
+    }
   }
 }
 
