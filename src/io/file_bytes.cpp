@@ -108,6 +108,12 @@ void InputFile::readAt(uint64_t offset, char* to, size_t bytes) const {
   }
 }
 
+ByteBuffer InputFile::read(uint64_t offset, size_t bytes) const {
+  ByteBuffer buffer(bytes);
+  readAt(offset, buffer.data(), bytes);
+  return buffer;
+}
+
 std::vector<char> InputFile::readAll() const {
   std::vector<char> bytes(size_);
   readAt(0, bytes.data(), bytes.size());

@@ -18,6 +18,19 @@ uint64_t xxh64(std::span<const char> bytes);
 std::string hexOf(uint64_t value);
 uint64_t valueOfHex(const std::string& digits);
 
+/// Memory for bytes about to be read, which is not cleared first.
+class ByteBuffer {
+ public:
+  explicit ByteBuffer(size_t size) : data_(std::make_unique_for_overwrite<char[]>(size)), size_(size) {}
+  char* data() { return data_.get(); }
+  size_t size() const { return size_; }
+  operator std::span<const char>() const { return {data_.get(), size_}; }
+
+ private:
+  std::unique_ptr<char[]> data_;
+  size_t size_;
+};
+
 /// A regular file open for reading. Safe to use from several threads.
 class InputFile {
  public:
@@ -31,6 +44,7 @@ class InputFile {
   uint64_t size() const { return size_; }
   /// Throws InputError when the file ends before `offset + bytes`.
   void readAt(uint64_t offset, char* to, size_t bytes) const;
+  ByteBuffer read(uint64_t offset, size_t bytes) const;
   std::vector<char> readAll() const;
 
  private:

@@ -48,17 +48,15 @@ class SequenceFile {
   }
 
   Field field() const { return fieldFromTree(path_, container_, *grid_, tree(), manifest_.lattice.type); }
-  ChangedVoxels changes() const {
-    return changesFromTree(path_, container_, *grid_, tree(), manifest_.lattice.type);
-  }
+  ChangedVoxels changes() const { return changesFromTree(path_, *grid_, tree(), manifest_.lattice.type); }
 
  private:
-  std::vector<char> verified(uint64_t size, uint64_t hash) const {
+  ByteBuffer verified(uint64_t size, uint64_t hash) const {
     const InputFile file(path_);
     if (file.size() != size)
       throw InputError(path_,
                        "has " + std::to_string(file.size()) + " bytes, expected " + std::to_string(size));
-    std::vector<char> bytes = file.readAll();
+    ByteBuffer bytes = file.read(0, size);
     if (xxh64(bytes) != hash)
       throw InputError(path_, "is damaged: its checksum is not that of sequence.json");
     return bytes;
@@ -72,7 +70,7 @@ class SequenceFile {
 
   const SequenceManifest& manifest_;
   std::string path_;
-  std::vector<char> bytes_;
+  ByteBuffer bytes_;
   VdbContainer container_;
   const VdbGridHeader* grid_ = nullptr;
 };

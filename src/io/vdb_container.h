@@ -76,8 +76,28 @@ struct VdbContainer {
 /// OpenVDB 3), or damaged.
 VdbContainer readVdbContainer(ByteReader& reader);
 
+/// Where the parts of a tree stand in its file, as absolute positions.
+struct VdbTreeParts {
+  struct RootTile {
+    Vec3i origin;
+    uint64_t value;
+  };
+  struct InternalNode {
+    Vec3i origin;
+    int edge, childSpan;  // children along an edge, and voxels along the edge of each
+    uint64_t masks;       // of its children, then of its active tiles, then the tiles' values
+  };
+  struct Leaf {
+    Vec3i origin;
+    uint64_t buffer;  // its mask of active voxels, then its values
+  };
+  std::vector<RootTile> rootTiles;
+  std::vector<InternalNode> internalNodes;
+  std::vector<Leaf> leaves;
+};
+
 /// Walks the topology and buffers of a tree that starts at the reader's position, and checks every count and
-/// size that OpenVDB would rely on. Returns with the reader behind the tree. Throws InputError.
-void checkTree(ByteReader& reader, const VdbGridHeader& grid);
+/// size that a decoder relies on. Returns with the reader behind the tree. Throws InputError.
+VdbTreeParts checkTree(ByteReader& reader, const VdbGridHeader& grid);
 
 }  // namespace kairos

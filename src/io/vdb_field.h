@@ -27,8 +27,8 @@ Field fieldFromTree(const std::string& path, const VdbContainer& file, const Vdb
                     std::span<const char> tree, ElementType type);
 
 /// The active voxels of a float grid as changed voxels; the checksums of the states are left empty.
-ChangedVoxels changesFromTree(const std::string& path, const VdbContainer& file, const VdbGridHeader& grid,
-                              std::span<const char> tree, ElementType type);
+ChangedVoxels changesFromTree(const std::string& path, const VdbGridHeader& grid, std::span<const char> tree,
+                              ElementType type);
 
 using VdbMetadataEntry = std::pair<std::string, std::variant<std::string, int64_t, double>>;
 

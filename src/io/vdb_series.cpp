@@ -57,13 +57,11 @@ void requireUsable(const std::string& path, const VdbGridHeader& grid) {
                                ", expected a finite number");
 }
 
-std::vector<char> treeBytes(const InputFile& file, const VdbGridHeader& grid) {
+ByteBuffer treeBytes(const InputFile& file, const VdbGridHeader& grid) {
   if (grid.end > file.size() || grid.treeBegin > grid.end)
     throw InputError(file.path(), "is truncated: grid \"" + grid.name + "\" ends at byte " +
                                       std::to_string(grid.end) + " of " + std::to_string(file.size()));
-  std::vector<char> bytes(size_t(grid.end - grid.treeBegin));
-  file.readAt(grid.treeBegin, bytes.data(), bytes.size());
-  return bytes;
+  return file.read(grid.treeBegin, size_t(grid.end - grid.treeBegin));
 }
 
 Field readGrid(const InputFile& file, const VdbContainer& container, const VdbGridHeader& grid) {

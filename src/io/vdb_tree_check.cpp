@@ -7,20 +7,10 @@
 #include <limits>
 
 #include "io/vdb_container.h"
+#include "io/vdb_node_codes.h"
 
 namespace kairos {
 namespace {
-
-enum CompressionFlag : uint32_t { kZip = 1, kActiveMask = 2, kBlosc = 4 };
-
-// How the inactive values of a node are stored; 6 means all values are.
-constexpr int kAllValues = 6;
-constexpr bool hasSelectionMask(int code) {
-  return code >= 3 && code <= 5;
-}
-constexpr int inactiveValueCount(int code) {
-  return code == 2 || code == 4 ? 1 : code == 5 ? 2 : 0;
-}
 
 constexpr int kUpperEdge = 32, kLowerEdge = 16, kLeafEdgeVdb = 8;
 constexpr int kLowerSpan = kLowerEdge * kLeafEdgeVdb, kUpperSpan = kUpperEdge * kLowerSpan;
@@ -29,21 +19,23 @@ class TreeWalker {
  public:
   TreeWalker(ByteReader& reader, const VdbGridHeader& grid) : in_(reader), grid_(grid), type_(*grid.type()) {}
 
-  void walk() {
+  VdbTreeParts walk() {
     if (in_.get<uint32_t>() != 1) damaged("an unknown number of buffers");
     in_.skip(uint64_t(type_.valueBytes));  // background
     const auto tiles = in_.get<uint32_t>(), children = in_.get<uint32_t>();
     for (uint32_t i = 0; i < tiles; ++i) {
-      readOrigin();
+      const Vec3i origin = readOrigin();
+      parts_.rootTiles.push_back({origin, in_.position()});
       in_.skip(uint64_t(type_.valueBytes));
       if (in_.get<uint8_t>() > 1) damaged("a tile that is neither active nor inactive");
     }
     for (uint32_t i = 0; i < children; ++i) {
-      roots_.push_back({readOrigin(), leaves_.size(), 0});
+      roots_.push_back({readOrigin(), parts_.leaves.size(), 0});
       internalNode(roots_.back().origin, kUpperEdge, kLowerSpan);
-      roots_.back().leafEnd = leaves_.size();
+      roots_.back().leafEnd = parts_.leaves.size();
     }
     walkBuffers();
+    return std::move(parts_);
   }
 
  private:
@@ -76,6 +68,7 @@ class TreeWalker {
   // The masks and tile values of an internal node, then its children.
   void internalNode(const Vec3i& origin, int edge, int childSpan) {
     const size_t count = size_t(edge) * edge * edge;
+    parts_.internalNodes.push_back({origin, edge, childSpan, in_.position()});
     std::vector<uint64_t> children, active;
     readMask(children, count / 64);
     const int activeTiles = readMask(active, count / 64);
@@ -90,7 +83,7 @@ class TreeWalker {
         internalNode(child, kLowerEdge, kLeafEdgeVdb);
       } else {
         in_.skip(kLeafMaskBytes);
-        leaves_.push_back(child);
+        parts_.leaves.push_back({child, 0});
       }
     }
   }
@@ -102,14 +95,16 @@ class TreeWalker {
     std::sort(roots_.begin(), roots_.end(), [&](const Root& a, const Root& b) { return key(a) < key(b); });
     for (size_t i = 0; i < roots_.size(); ++i) {
       if (i > 0 && roots_[i].origin == roots_[i - 1].origin) damaged("two nodes at one place");
-      for (size_t leaf = roots_[i].leafBegin; leaf < roots_[i].leafEnd; ++leaf) leafBuffer(leaves_[leaf]);
+      for (size_t leaf = roots_[i].leafBegin; leaf < roots_[i].leafEnd; ++leaf)
+        leafBuffer(parts_.leaves[leaf]);
     }
   }
 
-  void leafBuffer(const Vec3i& origin) {
+  void leafBuffer(VdbTreeParts::Leaf& leaf) {
+    leaf.buffer = in_.position();
     const int active = readMask(mask_, kLeafMaskBytes / sizeof(uint64_t));
     if (type_.leaf == VdbGridType::Leaf::values) return compressedValues(512, active);
-    if (in_.get<Vec3i>() != origin) damaged("a leaf at the wrong place");
+    if (in_.get<Vec3i>() != leaf.origin) damaged("a leaf at the wrong place");
     if (type_.leaf == VdbGridType::Leaf::boolean) in_.skip(kLeafMaskBytes);
   }
 
@@ -175,7 +170,7 @@ class TreeWalker {
   const VdbGridHeader& grid_;
   const VdbGridType& type_;
   std::vector<Root> roots_;
-  std::vector<Vec3i> leaves_;
+  VdbTreeParts parts_;
   std::vector<uint64_t> mask_;
   bool inTopology_ = true;
   std::vector<char> compressed_;
@@ -184,8 +179,8 @@ class TreeWalker {
 
 }  // namespace
 
-void checkTree(ByteReader& reader, const VdbGridHeader& grid) {
-  TreeWalker(reader, grid).walk();
+VdbTreeParts checkTree(ByteReader& reader, const VdbGridHeader& grid) {
+  return TreeWalker(reader, grid).walk();
 }
 
 }  // namespace kairos
