@@ -51,6 +51,7 @@ void FrameWriter::work() {
       }
       const auto begin = std::chrono::steady_clock::now();
       write(item->frame);
+      keepForReuse(item->frame);
       const double ms =
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
       report(item->number, [written = std::move(item->frame.written), ms] { written(ms); });
@@ -68,6 +69,19 @@ void FrameWriter::write(const FrameToWrite& frame) const {
   std::vector<ExrChannel> channels;
   if (frame.depth) channels.push_back({"Z", &*frame.depth});
   writeExr(frame.path, frame.rgba, channels, camera_, frame.metadata, options_);
+}
+
+void FrameWriter::keepForReuse(FrameToWrite& frame) {
+  std::lock_guard lock(mutex_);
+  spareImages_.push_back(std::move(frame.rgba));
+}
+
+Image FrameWriter::spareImage() {
+  std::lock_guard lock(mutex_);
+  if (spareImages_.empty()) return {};
+  Image image = std::move(spareImages_.back());
+  spareImages_.pop_back();
+  return image;
 }
 
 void FrameWriter::report(size_t number, std::function<void()> written) {

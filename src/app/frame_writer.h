@@ -36,6 +36,9 @@ class FrameWriter {
 
   /// Waits while the queue is full.
   void submit(FrameToWrite frame);
+  /// The image of a frame already written, whose memory the next frame can take; an empty one while there is
+  /// none.
+  Image spareImage();
   /// Returns when everything submitted is written.
   void finish();
 
@@ -47,6 +50,7 @@ class FrameWriter {
 
   void work();
   void write(const FrameToWrite& frame) const;
+  void keepForReuse(FrameToWrite& frame);
   void report(size_t number, std::function<void()> written);
   void join();
   void rethrow();
@@ -57,6 +61,7 @@ class FrameWriter {
   size_t submitted_ = 0;
   std::mutex mutex_;
   std::exception_ptr failure_;
+  std::vector<Image> spareImages_;
   size_t nextReport_ = 0;
   std::map<size_t, std::function<void()>> reports_;  // of frames written before an earlier one
   std::vector<std::thread> threads_;

@@ -142,6 +142,15 @@ void RenderRun::findStandingFrames() {
 }
 
 void RenderRun::renderFrames() {
+  // Frames that stand are passed over; those before the first missing one are not even rendered where the
+  // step can be had without them.
+  size_t first = firstSelected_, last = lastSelected_;
+  while (stands(last)) --last;
+  if (source_->seekable())
+    while (stands(first)) ++first;
+  // The first step is read while the renderer prepares the view.
+  StepStream stream(*source_, first, last);
+
   renderer_ = makeRenderer(source_->lattice(), settings_, arguments_.renderer);
   if (!renderer_->seesVolume())
     throw OptionError(
@@ -153,14 +162,6 @@ void RenderRun::renderFrames() {
   stats_.emplace(arguments_.stats, arguments_.resume);
   progress_.emplace("rendering", "frames", arguments_.quiet);
   writer_.emplace(settings_.camera, arguments_.exr, std::clamp(arguments_.renderer.threads, 1, 4));
-
-  // Frames that stand are passed over; those before the first missing one are not even rendered where the
-  // step can be had without them.
-  size_t first = firstSelected_, last = lastSelected_;
-  while (stands(last)) --last;
-  if (source_->seekable())
-    while (stands(first)) ++first;
-  StepStream stream(*source_, first, last);
   try {
     for (auto begin = Clock::now(); auto step = stream.next(); begin = Clock::now()) {
       renderStep(*step, begin);
@@ -201,7 +202,8 @@ const Image& RenderRun::show(const LoadedStep& step) {
 void RenderRun::writeFrame(const LoadedStep& step, const FrameTimes& times) {
   const FrameStatistics statistics = renderer_->statistics();
   const int64_t number = source_->steps()[step.index];
-  FrameToWrite frame{framePathOf(step.index), {}, renderer_->image(), {}, {}, {}};
+  FrameToWrite frame{framePathOf(step.index), {}, writer_->spareImage(), {}, {}, {}};
+  frame.rgba = renderer_->image();
   if (arguments_.png) frame.png = pngPathOf(step.index);
   if (arguments_.depth) frame.depth = renderer_->depth();
   frame.metadata = {{"comments", context_.commandLine},
