@@ -127,16 +127,19 @@ ExactImage::NotedShare ExactImage::notedSamples() const {
 // ones. What lay behind the end of all rays in the last frame has no say: most likely it still does.
 bool ExactImage::chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags) {
   uint64_t visible = 0, touched = 0;
+  size_t visibleSegments = 0;
   for (size_t s = 0; s < segments.size(); ++s) {
     const bool touchedNow = flags[s] == SegmentCache::touched;
     if (touchedNow) flags[s] = SegmentCache::stale;
-    if (s >= reach_[tile] || !scene_.occupancy().visible(segments[s].cell)) continue;
+    if (!scene_.occupancy().visible(segments[s].cell)) continue;
+    ++visibleSegments;
+    if (s >= reach_[tile]) continue;
     const uint64_t samples = latticeSamplesOf(segments[s]);
     visible += samples;
     if (touchedNow) touched += samples;
   }
   if (touched > 0 && double(touched) >= kRecastShare * double(visible)) return false;
-  return cache_->reserve(int(tile), segments.size());
+  return cache_->reserve(int(tile), visibleSegments);
 }
 
 void ExactImage::castTile(uint32_t tile, PreparedTile& prepared, TileCounters& counters) {

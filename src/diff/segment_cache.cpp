@@ -31,14 +31,14 @@ SegmentCache::SegmentCache(const SegmentIndex& index, int tileCount, int channel
 }
 
 bool SegmentCache::reserve(int tile, size_t segments) {
-  uint8_t& reserved = reserved_[size_t(tile)];
-  if (reserved) return true;
-  const uint64_t size = segments * stride_ * sizeof(float);
-  if (bytes_.fetch_add(size, std::memory_order_relaxed) + size > limit_) {
-    bytes_.fetch_sub(size, std::memory_order_relaxed);
+  uint32_t& reserved = reserved_[size_t(tile)];
+  if (segments <= reserved) return true;
+  const uint64_t more = (segments - reserved) * stride_ * sizeof(float);
+  if (bytes_.fetch_add(more, std::memory_order_relaxed) + more > limit_) {
+    bytes_.fetch_sub(more, std::memory_order_relaxed);
     return false;
   }
-  reserved = 1;
+  reserved = uint32_t(segments);
   return true;
 }
 

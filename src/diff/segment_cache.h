@@ -13,8 +13,8 @@
 namespace kairos {
 
 /// Partials stand at a fixed place per segment in memory that the operating system provides page by page as
-/// it is first written, so invisible segments cost none. A tile is either cached (its segments' fresh
-/// partials are valid) or not; it becomes cached only while the total stays within the limit.
+/// it is first written, so invisible segments cost none, and count for none. A tile is cast through the cache
+/// (its segments' fresh partials are valid) only while the total stays within the limit.
 class SegmentCache {
  public:
   enum Flag : uint8_t {
@@ -41,7 +41,8 @@ class SegmentCache {
     std::replace(flags, flags + segments, uint8_t(touched), uint8_t(stale));
   }
 
-  /// May this tile's partials be kept? Reserves its share of the limit the first time.
+  /// May the partials of so many of this tile's segments be kept? Reserves what they take beyond what the
+  /// tile has.
   bool reserve(int tile, size_t segments);
   uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
 
@@ -53,7 +54,7 @@ class SegmentCache {
   uint64_t limit_;
   std::unique_ptr<float[], Free> partials_;
   std::vector<uint8_t> flags_;
-  std::vector<uint8_t> reserved_;  // per tile
+  std::vector<uint32_t> reserved_;  // segments, per tile
   std::atomic<uint64_t> bytes_{0};
 };
 

@@ -1,7 +1,8 @@
 #include "volume/brick_volume.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <mutex>
@@ -30,44 +31,59 @@ class BrickVolume::Pool {
 
   template <class T>
   T* allocateFilled(T background) {
-    T* brick = static_cast<T*>(allocate());
+    const Place place = allocate();
+    T* brick = static_cast<T*>(place.brick);
+    // A new brick holds zeros already. Leaving them alone, its pages come only where values are written.
+    if (place.zeroed && bitsOf(background) == 0) return brick;
     std::fill_n(brick, kBrickVoxels, background);
     blockRanges<T>(brick).fill(background);
     return brick;
   }
-
-  void* allocate() {
-    std::lock_guard lock(mutex_);
-    if (free_.empty()) {
-      void* chunk = std::aligned_alloc(64, kChunkBricks * brickBytes_);
-      if (chunk == nullptr) throw std::bad_alloc();
-      chunks_.emplace_back(chunk);
-      for (size_t i = kChunkBricks; i-- > 0;)
-        free_.push_back(static_cast<std::byte*>(chunk) + i * brickBytes_);
-    }
-    void* brick = free_.back();
-    free_.pop_back();
-    return brick;
-  }
   void release(void* brick) {
     std::lock_guard lock(mutex_);
-    free_.push_back(brick);
+    released_.push_back(brick);
   }
-  uint64_t bytes() const { return chunks_.size() * kChunkBricks * brickBytes_; }
-  uint32_t allocated() const { return uint32_t(chunks_.size() * kChunkBricks - free_.size()); }
+  uint64_t bytes() const { return used_ * brickBytes_; }
+  uint32_t allocated() const { return uint32_t(used_ - released_.size()); }
 
  private:
   static constexpr size_t kChunkBricks = 64;
   static constexpr size_t kSlack = 64;  // vector loads may run past the last voxel
   static size_t roundUp(size_t n) { return (n + 63) / 64 * 64; }
-  struct Free {
-    void operator()(void* p) const { std::free(p); }
+
+  struct Place {
+    void* brick;
+    bool zeroed;
   };
+  struct Unmap {
+    size_t bytes;
+    void operator()(std::byte* p) const { ::munmap(p, bytes); }
+  };
+
+  Place allocate() {
+    std::lock_guard lock(mutex_);
+    if (!released_.empty()) {
+      void* brick = released_.back();
+      released_.pop_back();
+      return {brick, false};
+    }
+    if (used_ == chunks_.size() * kChunkBricks) addChunk();
+    return {chunks_.back().get() + used_++ % kChunkBricks * brickBytes_, true};
+  }
+
+  void addChunk() {
+    const size_t bytes = kChunkBricks * brickBytes_;
+    void* chunk = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (chunk == MAP_FAILED) throw std::bad_alloc();
+    chunks_.emplace_back(static_cast<std::byte*>(chunk), Unmap{bytes});
+    released_.reserve(chunks_.size() * kChunkBricks);  // so that giving back never allocates
+  }
 
   size_t rangesOffset_, brickBytes_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<void, Free>> chunks_;
-  std::vector<void*> free_;
+  std::vector<std::unique_ptr<std::byte, Unmap>> chunks_;
+  size_t used_ = 0;  // bricks ever handed out
+  std::vector<void*> released_;
 };
 
 namespace {
