@@ -147,6 +147,12 @@ const std::vector<uint8_t>& plume() {
   return values;
 }
 
+const std::vector<uint8_t>& fog() {
+  static const std::vector<uint8_t> values =
+      quantised([](size_t n, int, int, int) { return 0.3f + 0.4f * sharedNoise()[n]; });
+  return values;
+}
+
 Field fieldOf(const std::vector<uint8_t>& values, ElementType type) {
   const Vec3i dims{kEdge, kEdge, kEdge};
   if (type == ElementType::u8) return fieldFromDense(values.data(), dims);
@@ -170,8 +176,18 @@ ChangedVoxels scatteredChange(const Field& field, int amount) {
 RenderSettings settings(ElementType type) {
   return settingsWith(type, 1);
 }
+RenderSettings fogSettings(ElementType type) {
+  return settingsWith(type, 0.05);
+}
 RenderSettings opaqueSettings(ElementType type) {
   return settingsWith(type, 12);
+}
+
+RendererOptions rendererOptions(Method method, int threads) {
+  RendererOptions options;
+  options.method = method;
+  options.threads = threads;
+  return options;
 }
 
 }  // namespace kairos::bench

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "diff/frame_renderer.h"
 #include "raycast/render_settings.h"
 #include "volume/changed_voxels.h"
 #include "volume/field.h"
@@ -20,6 +21,9 @@ const std::vector<uint8_t>& noise();
 /// A bent, noisy column; about 5 % of the voxels are not zero.
 const std::vector<uint8_t>& plume();
 
+/// Thin matter everywhere, nowhere empty and nowhere dense: there is nothing to skip and no ray ends early.
+const std::vector<uint8_t>& fog();
+
 /// The values as a field of any element type (u16: times 257, f32: as they are).
 Field fieldOf(const std::vector<uint8_t>& values, ElementType type);
 
@@ -32,7 +36,11 @@ ChangedVoxels scatteredChange(const Field& field, int amount);
 /// 512x512 perspective (eye 128,-500,300, field of view 28 degrees), step 1, a smooth translucent transfer
 /// function.
 RenderSettings settings(ElementType type);
+/// The same, thin enough for rays to pass through, and no value of fog() invisible.
+RenderSettings fogSettings(ElementType type);
 /// The same with opaque surfaces.
 RenderSettings opaqueSettings(ElementType type);
+
+RendererOptions rendererOptions(Method method, int threads = 1);
 
 }  // namespace kairos::bench
