@@ -41,14 +41,15 @@ std::array<float, 4> colourOf(const RenderSettings& settings, const Classificati
 }  // namespace
 
 int writeTile(const RenderSettings& settings, const ClassificationTable& table, const TileRays& rays,
-              double background, int tileX, int tileY, const float* pixels, Image& rgba, Image* depth) {
-  if (settings.mode == RenderMode::dvr && !depth && (tileX + 1) * kTileEdge <= rgba.width &&
-      (tileY + 1) * kTileEdge <= rgba.height)
+              double background, int tileX, int tileY, const float* pixels, Image& rgba, Image* depth,
+              uint32_t lanes) {
+  if (lanes == kAllTileLanes && settings.mode == RenderMode::dvr && !depth &&
+      (tileX + 1) * kTileEdge <= rgba.width && (tileY + 1) * kTileEdge <= rgba.height)
     return writeWholeTile(tileX, tileY, pixels, rgba);
   int changed = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
     const int x = tileX * kTileEdge + lane % kTileEdge, y = tileY * kTileEdge + lane / kTileEdge;
-    if (x >= rgba.width || y >= rgba.height) continue;
+    if (x >= rgba.width || y >= rgba.height || !(lanes >> lane & 1)) continue;
     const std::array<float, 4> colour = colourOf(settings, table, rays, background, pixels, lane);
     float* out = rgba.pixel(x, y);
     if (std::memcmp(out, colour.data(), sizeof colour) != 0) {

@@ -56,6 +56,7 @@ void FrameRenderer::takeWhole(const Field& field) {
 void FrameRenderer::takeChanges(const ChangedVoxels& changes) {
   beginFrame();
   Stopwatch clock;
+  beforeUpdate(changes);
   const AppliedChanges applied = scene_.apply(changes);
   statistics_ = {};
   statistics_.voxelsChanged = statistics_.voxelsSampled = changes.count();
@@ -67,6 +68,17 @@ void FrameRenderer::takeChanges(const ChangedVoxels& changes) {
 void FrameRenderer::countBricks() {
   statistics_.bricksVisible = scene_.occupancy().visibleCount();
   statistics_.bricksSkipped = scene_.volume().cellCount() - scene_.occupancy().visibleCount();
+}
+
+const char* FrameRenderer::name(Aov kind) {
+  static constexpr const char* kNames[] = {"error", "age", "level", "influence", "samples"};
+  return kNames[int(kind)];
+}
+
+Image FrameRenderer::aov(Aov kind) const {
+  Image values(image_.width, image_.height, 1);
+  std::fill(values.data.begin(), values.data.end(), kind == Aov::level ? 1.0f : 0.0f);
+  return values;
 }
 
 template <class T>

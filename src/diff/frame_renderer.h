@@ -9,6 +9,7 @@
 #include "core/image.h"
 #include "core/parallel.h"
 #include "diff/change_detection.h"
+#include "diff/voxel_projection.h"
 #include "raycast/scene_state.h"
 
 namespace kairos {
@@ -28,6 +29,18 @@ const char* name(Method method);
 /// Does the method take a budget?
 bool budgeted(Method method);
 
+/// The level of modification that tcdvrm spends its budget by: how many changed voxels influence a pixel, or
+/// by how much their values have grown or shrunk.
+enum class LevelOfModification { influence, magnitude };
+
+struct TcdvrmOptions {
+  LevelOfModification lom = LevelOfModification::influence;
+  bool calibrate = true;   // measure the cost of a sampling point in every step; else in the first alone
+  bool carryOver = false;  // changed voxels stay candidates until all pixels they influence are cast
+  /// End casting when the time is over, the least influenced rays uncast. The paper trusts its prediction.
+  bool cutOff = false;
+};
+
 struct RendererOptions {
   Method method = Method::segments;
   int threads = 0;                           // 0: all
@@ -36,6 +49,9 @@ struct RendererOptions {
   Budget budget;                 // of every frame but the first; budgeted methods only
   uint64_t seed = 0;             // of whatever is drawn at random
   BudgetClock* clock = nullptr;  // null: steadyBudgetClock(); must outlive the renderer
+
+  ProjectionRules projection;  // dvrm, tldvrm, tcdvrm: which pixels a changed voxel influences
+  TcdvrmOptions tcdvrm;
 
   /// Scheduling. Never changes a bit of the image.
   enum class TileOrder { morton, rows, reversed } tileOrder = TileOrder::morton;
@@ -53,12 +69,14 @@ struct FrameStatistics {
   double castMs = 0;     // integrating and compositing
   double composeMs = 0;  // assembling the image
   uint64_t voxelsChanged = 0;
-  uint64_t voxelsSampled = 0;   // of those, looked at one by one or through their bricks
-  uint64_t pixelsChanged = 0;   // pixels whose colour differs from the frame before
-  uint64_t pixelsRecast = 0;    // pixels recomposited
-  uint64_t segmentsTotal = 0;   // of the view
-  uint64_t segmentsDirty = 0;   // touched by this step's changes in a visible brick
-  uint64_t segmentsRecast = 0;  // integrated
+  uint64_t voxelsSampled = 0;     // of those, looked at one by one or through their bricks
+  uint64_t pixelsChanged = 0;     // pixels whose colour differs from the frame before
+  uint64_t pixelsInfluenced = 0;  // changed pixels in the sense of dvrm (I > 0), tldvrm and tcdvrm (D > 0)
+  uint64_t rayPoints = 0;         // TS: sampling points along the rays chosen by dvrm, tldvrm and tcdvrm
+  uint64_t pixelsRecast = 0;      // pixels recomposited
+  uint64_t segmentsTotal = 0;     // of the view
+  uint64_t segmentsDirty = 0;     // touched by this step's changes in a visible brick
+  uint64_t segmentsRecast = 0;    // integrated
   uint64_t samples = 0;
   uint64_t gradients = 0;
   uint64_t bricksVisible = 0;
@@ -69,8 +87,9 @@ struct FrameStatistics {
 
   // Under a budget.
   uint64_t raysCast = 0;
-  uint64_t stalePixels = 0;     // pixels that still show an earlier step
-  int stepLevel = 1;            // sample distance of the rays, in units of the exact frame's
+  uint64_t stalePixels = 0;           // pixels that still show an earlier step
+  int stepLevel = 1;                  // sample distance of the rays, in units of the exact frame's
+  std::optional<double> predictedMs;  // by equations 1 and 4 before casting; dvrm, tldvrm, tcdvrm
   bool budgetTooSmall = false;  // for the coarsest image of the method: part of it shows an earlier step
   /// How far the image is from the exact one: an estimate of the RMSE over all pixels and channels with its
   /// 95 % confidence interval. 0 where it is known to be exact; empty where nothing is known.
@@ -107,6 +126,15 @@ class FrameRenderer {
   const Image& depth() const { return depth_; }
   const FrameStatistics& statistics() const { return statistics_; }
 
+  /// Per pixel, one channel: `error`, the RMSE over a pixel's channels that is expected; `age`, steps since
+  /// the pixel was last cast; `level`, the stride in pixels of the rays it was interpolated from, 1 where it
+  /// was cast; `influence`, how many changed voxels influence it (dvrm, tldvrm; tcdvrm: of those sampled);
+  /// `samples`, sampling points along its ray, in bricks that are visible. An exact image's are 0, 0 and 1;
+  /// what a method does not know is 0.
+  enum class Aov { error, age, level, influence, samples };
+  static const char* name(Aov kind);
+  virtual Image aov(Aov kind) const;
+
   /// Does any ray of the view meet the volume's bounds (and the clip box)? Known from the start.
   virtual bool seesVolume() const = 0;
   /// Checksum of the state shown, where known.
@@ -121,6 +149,8 @@ class FrameRenderer {
 
   /// Called first, before a step is taken in.
   virtual void beginFrame() {}
+  /// Called with a step's changes while the scene still holds the values that they replace.
+  virtual void beforeUpdate(const ChangedVoxels& /*changes*/) {}
   /// Renders the whole step that the scene holds now.
   virtual void renderWhole() = 0;
   /// Brings the image up to date; the scene holds the new step. Both set what they know of `statistics_`,

@@ -104,6 +104,12 @@ void InfluenceMap::refresh() {
   });
 }
 
+Image imageOf(std::span<const int32_t> numbers, int width, int height) {
+  Image image(width, height, 1);
+  std::transform(numbers.begin(), numbers.end(), image.data.begin(), [](int32_t n) { return float(n); });
+  return image;
+}
+
 std::vector<uint64_t> influenceHistogram(std::span<const int32_t> numbers) {
   const auto most = std::max_element(numbers.begin(), numbers.end());
   std::vector<uint64_t> histogram(most == numbers.end() ? 1 : size_t(*most) + 1);

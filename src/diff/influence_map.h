@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/image.h"
 #include "core/parallel.h"
 #include "diff/voxel_projection.h"
 #include "volume/changed_voxels.h"
@@ -29,6 +30,7 @@ class InfluenceMap {
   void refresh();
 
   std::span<const int32_t> numbers() const { return numbers_; }
+  uint64_t memoryBytes() const { return (differences_.size() + numbers_.size()) * sizeof(int32_t); }
   int width() const { return projection_.width(); }
   int height() const { return projection_.height(); }
 
@@ -57,6 +59,9 @@ class InfluenceMap {
   std::vector<int32_t> numbers_;
   std::vector<Rows> leafRows_;  // scratch: the rows each leaf can influence
 };
+
+/// The numbers as an image of one channel.
+Image imageOf(std::span<const int32_t> numbers, int width, int height);
 
 /// Element n is how many pixels have influence number n (the paper's figures 5, 8 and 11).
 std::vector<uint64_t> influenceHistogram(std::span<const int32_t> numbers);

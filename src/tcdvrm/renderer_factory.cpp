@@ -2,6 +2,8 @@
 
 #include "core/error.h"
 #include "diff/differential_renderer.h"
+#include "diff/dvrm_renderer.h"
+#include "tcdvrm/tcdvrm_renderer.h"
 
 namespace kairos {
 
@@ -11,6 +13,11 @@ std::unique_ptr<FrameRenderer> makeRenderer(const Lattice& lattice, const Render
     case Method::full:
     case Method::segments:
       return std::make_unique<DifferentialRenderer>(lattice, settings, options);
+    case Method::dvrm:
+    case Method::tldvrm:
+      return std::make_unique<DvrmRenderer>(lattice, settings, options);
+    case Method::tcdvrm:
+      return std::make_unique<TcdvrmRenderer>(lattice, settings, options);
     default:
       throw OptionError("--method", std::string("this build has no \"") + name(options.method) + "\"");
   }

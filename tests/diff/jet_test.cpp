@@ -1,6 +1,7 @@
 // Every frame of the bundled sequence.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "core/colour_map.h"
@@ -25,6 +26,33 @@ RenderSettings jetSettings(const std::string& camera, int edge) {
 
 TEST(Jet, EveryFrameEqualsTheFullRender) {
   EXPECT_TRUE(framesAreEqual(jet(), jetSettings("iso", 128), withMethod(Method::segments, 2)));
+}
+
+// The grid, the steps and the element type of the paper's first data set; changes start small and grow.
+TEST(Jet, HasTheShapeOfThePapersFirstDataSet_D18) {
+  EXPECT_EQ(jet().lattice.domain.size(), (Vec3i{81, 49, 65}));
+  EXPECT_EQ(jet().lattice.type, ElementType::u8);
+  EXPECT_EQ(jet().steps.size(), 100u);
+  EXPECT_THROW(jet1(100), std::runtime_error);
+  const double voxels = double(jet().lattice.domain.voxelCount());
+  std::vector<double> shares;
+  for (const ChangedVoxels& changes : jet().changes()) shares.push_back(double(changes.count()) / voxels);
+  EXPECT_GT(shares.front(), 0.002);
+  EXPECT_LT(shares.front(), 0.01);
+  const double most = *std::max_element(shares.begin(), shares.end());
+  EXPECT_GT(most, 0.15);
+  EXPECT_LT(most, 0.25);
+  EXPECT_GT(shares.back(), 10 * shares.front());
+}
+
+// DF_1 to DF_t applied to V_0 are V_t, for every t.
+TEST(Jet, DifferencesRebuildEveryStep_D1) {
+  Field field = jet().steps.front();
+  const std::vector<ChangedVoxels> changes = jet().changes();
+  for (size_t step = 1; step < jet().steps.size(); ++step) {
+    applyChanges(changes[step - 1], field);
+    ASSERT_EQ(stateChecksum(field), stateChecksum(jet().steps[step])) << step;
+  }
 }
 
 class JetViews : public testing::TestWithParam<std::string> {};

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 class SequenceOfType : public testing::TestWithParam<ElementType> {};
 
-TEST_P(SequenceOfType, TheChainRebuildsEveryStepExactly) {
+TEST_P(SequenceOfType, TheChainRebuildsEveryStepExactly_D1) {
   const TemporaryDirectory directory;
   const std::vector<Field> fields = movingBlob(GetParam(), 12);
   writeSequence(directory / "seq", fields);
@@ -51,7 +51,7 @@ TEST_P(SequenceOfType, AnyStepIsReachedFromTheNearestKeyFrame) {
 }
 
 // The paper stores 4 bytes per changed voxel: three for its place, one for its value.
-TEST_P(SequenceOfType, BytesPerChangedVoxelAreReported) {
+TEST_P(SequenceOfType, BytesPerChangedVoxelAreReported_D2) {
   const TemporaryDirectory directory;
   writeSequence(directory / "seq", movingBlob(GetParam(), 6, 96));
   const SequenceReader reader(directory / "seq");
