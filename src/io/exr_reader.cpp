@@ -63,6 +63,10 @@ Image readPixels(const std::string& path, std::span<const char> bytes) {
                 height = int64_t(window.max.y) - window.min.y + 1;
   if (width < 1 || height < 1 || width > kLargest || height > kLargest)
     throw InputError(path, "is not a flat image of at most 65536 x 65536 pixels");
+  // A header that claims far more than the most compressible image would cost memory before it fails.
+  constexpr int64_t kPixelsPerByte = 100'000;
+  if (width * height > kPixelsPerByte * int64_t(bytes.size()))
+    throw InputError(path, "claims more pixels than its bytes can hold");
   const Imf::ChannelList& channels = file.header().channels();
   const bool colour = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
   if (!colour && !channels.findChannel("Y")) throw InputError(path, "has no channels R, G, B or Y");

@@ -243,7 +243,9 @@ std::string manifestText(const SequenceManifest& m) {
   text += "\"steps\": [";
   for (size_t i = 0; i < m.steps.size(); ++i) text += (i ? ",\n  " : "\n  ") + dump(toJson(m.steps[i]));
   text += "\n],";
-  return text + kChecksumKey + "\"" + hexOf(xxh64(text)) + "\"\n}\n";
+  const std::string checksum = hexOf(xxh64(text));
+  text.append(kChecksumKey).append("\"").append(checksum).append("\"\n}\n");
+  return text;
 }
 
 std::string manifestDifference(const SequenceManifest& found, const SequenceManifest& wanted) {

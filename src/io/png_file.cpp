@@ -60,6 +60,12 @@ Image decodePng(const std::string& path, std::span<const char> bytes) {
     png_image_free(&image);
     throw InputError(path, "is not a flat image of at most 65536 x 65536 pixels");
   }
+  // Deflate packs a byte into 1/1032 of one at most, and a byte holds eight pixels at most.
+  constexpr uint64_t kPixelsPerByte = 1032 * 8;
+  if (uint64_t(image.width) * image.height > kPixelsPerByte * bytes.size()) {
+    png_image_free(&image);
+    throw InputError(path, "claims more pixels than its bytes can hold");
+  }
   image.format = PNG_FORMAT_RGBA;
   std::vector<uint8_t> pixels(PNG_IMAGE_SIZE(image));
   if (!png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr))

@@ -148,5 +148,45 @@ TEST(ReadImage, SaysWhatIsWrong) {
   EXPECT_THROW(readMetadata(directory.write("f.png", "no image")), InputError);
 }
 
+void putBigEndian(std::string& bytes, size_t at, uint32_t value) {
+  for (size_t i = 0; i < 4; ++i) bytes[at + i] = char(value >> (24 - 8 * i));
+}
+
+// Of PNG chunks (ISO 3309).
+uint32_t crc32(std::string_view bytes) {
+  uint32_t crc = ~0u;
+  for (char byte : bytes) {
+    crc ^= uint8_t(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ (crc & 1 ? 0xedb88320u : 0u);
+  }
+  return ~crc;
+}
+
+TEST(ReadImage, RefusesMorePixelsThanItsBytesCanHold) {
+  // Headers that claim so many would cost gigabytes before the missing pixels are missed.
+  const test::TemporaryDirectory directory;
+  writePng(directory / "f.png", gradient(7, 5));
+  std::string png = test::readBytes(directory / "f.png");
+  putBigEndian(png, 16, 60000);
+  putBigEndian(png, 20, 60000);
+  putBigEndian(png, 29, crc32(std::string_view(png).substr(12, 17)));
+  EXPECT_THAT(test::messageOf<InputError>([&] { readImage(directory.write("g.png", png)); }),
+              HasSubstr("more pixels than its bytes can hold"));
+
+  // OpenEXR itself misses the table of chunks, one for 32 rows; here it is long enough for 4000 rows of
+  // 60000.
+  writeExr(directory / "f.exr", gradient(7, 5), {}, lookingDownY(Camera::Projection::perspective), {},
+           {.compression = ExrCompression::piz});
+  std::string exr = test::readBytes(directory / "f.exr") + std::string(1000, '\0');
+  const std::string_view attribute("dataWindow\0box2i\0", 17);
+  const size_t at = exr.find(attribute);
+  ASSERT_NE(at, std::string::npos);
+  const int32_t highest[] = {59999, 3999};
+  exr.replace(at + attribute.size() + 4 + 8, sizeof highest, reinterpret_cast<const char*>(highest),
+              sizeof highest);
+  EXPECT_THAT(test::messageOf<InputError>([&] { readImage(directory.write("g.exr", exr)); }),
+              HasSubstr("more pixels than its bytes can hold"));
+}
+
 }  // namespace
 }  // namespace kairos
