@@ -11,6 +11,12 @@ if(KAIROS_SANITIZE)
     -fno-sanitize-recover=all)
   target_link_options(kairos_options INTERFACE -fsanitize=${KAIROS_SANITIZE})
 endif()
+if(KAIROS_FUZZ)
+  # OpenVDB is built without the information that the check of virtual tables needs.
+  target_compile_options(kairos_options INTERFACE -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=vptr
+    -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(kairos_options INTERFACE -fsanitize=address,undefined -fno-sanitize=vptr)
+endif()
 
 # kairos_add_library(NAME SOURCES ... PUBLIC ... PRIVATE ...): one folder of src/, one static library.
 function(kairos_add_library name)
