@@ -158,7 +158,6 @@ void LodArguments::interpretTime() {
 void LodArguments::interpretVolume() {
   const Words& w = words_;
   if (!w.textureMemory.empty()) base_.textureMemory = bytesOption("--texture-memory", w.textureMemory);
-  base_.subdivision.deviationThreshold = 1e300;
   if (!w.subvolumeMemory.empty())
     base_.subdivision.memoryLimit = bytesOption("--subvolume-memory", w.subvolumeMemory);
   base_.subdivision.memoryLimit = std::min(base_.subdivision.memoryLimit, base_.textureMemory);
@@ -185,31 +184,31 @@ void LodArguments::interpretOutput() {
         ExrCompression(choiceOption("--compression", w.compression, {"none", "zips", "zip", "piz"}));
 }
 
-LodSettings LodArguments::settings(const RenderSettings& view) const {
-  if (view.filter != Filter::trilinear)
+LodSettings LodArguments::settings(const RenderSettings& picture) const {
+  if (picture.filter != Filter::trilinear)
     throw OptionError("--filter", "kairos lod interpolates trilinearly only");
-  if (view.mode == RenderMode::average)
+  if (picture.mode == RenderMode::average)
     throw OptionError("--mode", "kairos lod renders dvr and mip; average is for kairos render");
-  if (view.shade) throw OptionError("--shade", "is for kairos render");
-  if (view.clipBox) throw OptionError("--clip-box", "is for kairos render");
-  if (view.terminate != RenderSettings{}.terminate)
+  if (picture.shade) throw OptionError("--shade", "is for kairos render");
+  if (picture.clipBox) throw OptionError("--clip-box", "is for kairos render");
+  if (picture.terminate != RenderSettings{}.terminate)
     throw OptionError("--terminate", "is for kairos render: slices blend through the whole volume");
   LodSettings settings = base_;
-  settings.width = view.width;
-  settings.height = view.height;
-  settings.transferFunction = view.transferFunction;
-  settings.range = view.range;
-  settings.unitDistance = view.unitDistance;
-  settings.step = view.step;
-  settings.mode = view.mode == RenderMode::mip ? LodMode::mip : LodMode::dvr;
+  settings.width = picture.width;
+  settings.height = picture.height;
+  settings.transferFunction = picture.transferFunction;
+  settings.range = picture.range;
+  settings.unitDistance = picture.unitDistance;
+  settings.step = picture.step;
+  settings.mode = picture.mode == RenderMode::mip ? LodMode::mip : LodMode::dvr;
   if (method == LodMethod::slices) settings.lodsPerLevel = 1;  // the paper's ladder
   settings.validate();
   return settings;
 }
 
-Importance LodArguments::importance(const RenderSettings& view) const {
-  const Vec3d gaze = gaze_.value_or(Vec3d{0.5 * view.width, 0.5 * view.height, 0});
-  const double radius = kGazeRadius * std::hypot(view.width, view.height);
+Importance LodArguments::importance(const RenderSettings& picture) const {
+  const Vec3d gaze = gaze_.value_or(Vec3d{0.5 * picture.width, 0.5 * picture.height, 0});
+  const double radius = kGazeRadius * std::hypot(picture.width, picture.height);
   const auto named = [&](const std::string& name) {
     if (name == "opacity") return opacityImportance();
     if (name == "distance") return distanceImportance();
@@ -223,9 +222,9 @@ Importance LodArguments::importance(const RenderSettings& view) const {
   return mixedImportance(std::move(parts));
 }
 
-std::unique_ptr<LodController> LodArguments::controller(const RenderSettings& view,
+std::unique_ptr<LodController> LodArguments::controller(const RenderSettings& picture,
                                                         const LodProfile& profile) const {
-  const double tolerance = tolerance_ * (double(view.range.hi) - double(view.range.lo));
+  const double tolerance = tolerance_ * (double(picture.range.hi) - double(picture.range.lo));
   PredictiveOptions options;
   options.coherence = coherence_;
   options.secondsPerVoxel = profile.secondsPerVoxel;

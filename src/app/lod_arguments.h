@@ -32,10 +32,10 @@ class LodArguments {
   void interpret();
 
   /// The volume's settings; throws OptionError for what this renderer does not do.
-  LodSettings settings(const RenderSettings& view) const;
-  Importance importance(const RenderSettings& view) const;
+  LodSettings settings(const RenderSettings& picture) const;
+  Importance importance(const RenderSettings& picture) const;
   /// `profile`: what was measured; zeros where nothing was.
-  std::unique_ptr<LodController> controller(const RenderSettings& view, const LodProfile& profile) const;
+  std::unique_ptr<LodController> controller(const RenderSettings& picture, const LodProfile& profile) const;
 
   InputArguments input;
   ViewArguments view;

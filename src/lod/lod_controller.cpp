@@ -117,7 +117,7 @@ class PredictiveController : public LodController {
   double units(const LodWork& work) const {
     return options_.unit == PredictiveOptions::Unit::slices ? work.slices : work.fragments;
   }
-  double secondsPerUnit() const { return units_ > 0 ? seconds_ / units_ : prior_; }
+  double secondsPerUnit() const { return seconds_ > 0 && units_ > 0 ? seconds_ / units_ : prior_; }
 
   double fractionOfRest(const LodTask& task) const {
     if (importanceLeft_ > 0) return std::min(1.0, task.importance / importanceLeft_);

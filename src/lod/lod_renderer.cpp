@@ -16,6 +16,7 @@ namespace {
 constexpr float kNoSample = -std::numeric_limits<float>::max();
 
 LodSettings checked(LodSettings settings, const Lattice& lattice, const GlContext& context) {
+  context.makeCurrent();  // what the renderer's members create belongs to it
   settings.subdivision.bytesPerTexel = bytesPerTexel(SubvolumeTextures::formatFor(lattice.type));
   settings.validate();
   if (std::max(settings.width, settings.height) > context.maxImageEdge())

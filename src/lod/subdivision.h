@@ -12,7 +12,7 @@ namespace kairos {
 /// When a node of the octree is split (Li and Shen 2002, 3.1).
 struct SubdivisionOptions {
   uint64_t memoryLimit = uint64_t(4) << 20;  // bytes that a subvolume's finest texture may take
-  double deviationThreshold = 0;             // standard deviation beyond which a node is split
+  double deviationThreshold = 1e300;         // standard deviation beyond which a node is split
   int minimumEdge = 32;                      // cells; nodes are not split below. A power of two, at least 8
   int minimumResolution = 4;                 // cells of the coarsest level of detail along a full edge
   int bytesPerTexel = 4;

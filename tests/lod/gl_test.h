@@ -15,7 +15,7 @@ namespace kairos::test {
 class GlTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (context()) return;
+    if (context()) return context()->makeCurrent();
     const char* required = std::getenv("REQUIRE_GL");
     if (required && std::string(required) == "1") FAIL() << reason();
     GTEST_SKIP() << reason();

@@ -31,7 +31,16 @@ LodSettings lodSettings(const RenderSettings& s) {
   settings.mode = s.mode == RenderMode::mip ? LodMode::mip : LodMode::dvr;
   settings.shape = SliceShape::shells;
   settings.subdivision.minimumEdge = 16;
-  settings.subdivision.memoryLimit = 30000;
+  settings.subdivision.memoryLimit = 150000;
+  settings.subdivision.deviationThreshold = 0.05 * double(s.range.hi);  // some are split, others are not
+  return settings;
+}
+
+// In subvolumes of 16 cells, whatever the values.
+LodSettings evenSettings(const RenderSettings& s) {
+  LodSettings settings = lodSettings(s);
+  settings.subdivision.memoryLimit = 20000;
+  settings.subdivision.deviationThreshold = 1e300;
   return settings;
 }
 
@@ -100,7 +109,7 @@ TEST_F(LodRendererTest, AgreesWithTheRayCasterAtFullResolution) {
       const RenderSettings settings = casterSettings(scene, camera);
       const Difference d = againstCaster(scene, settings);
       EXPECT_EQ(d.beyond, 0) << name(type) << " " << camera << ", largest difference " << d.largest;
-      EXPECT_GT(statistics_.subvolumes, 4u) << camera;
+      EXPECT_GE(statistics_.subvolumes, 4u) << camera;
     }
 }
 
@@ -221,10 +230,10 @@ TEST_F(LodRendererTest, SubdivisionDoesNotChangeTheImage) {
 TEST_F(LodRendererTest, CoarserLevelsTakeFewerSlicesAndKeepTheOpacity) {
   const test::Scene scene = test::constantScene(ElementType::f32, {48, 48, 48}, 0.5);
   const RenderSettings settings = casterSettings(scene, "ortho");
-  const Image fine = renderAt(scene, lodSettings(settings), settings.camera);
+  const Image fine = renderAt(scene, evenSettings(settings), settings.camera);
   const uint64_t slices = statistics_.slices;
   const Image coarse =
-      renderAt(scene, lodSettings(settings), settings.camera, [] { return makeToleranceController(1e9); });
+      renderAt(scene, evenSettings(settings), settings.camera, [] { return makeToleranceController(1e9); });
   EXPECT_LT(statistics_.slices * 3, slices);
   // One table per slice distance: what is seen through the middle is as opaque as before, but for where the
   // first and the last slice fall.
@@ -236,7 +245,7 @@ TEST_F(LodRendererTest, CoarserLevelsTakeFewerSlicesAndKeepTheOpacity) {
 TEST_F(LodRendererTest, ResidentTexturesAreNotLoadedAgain_L5) {
   const test::Scene scene = test::plume(ElementType::f32);
   const RenderSettings settings = casterSettings(scene, "iso");
-  LodRenderer renderer(*context(), scene.lattice, scene.field, lodSettings(settings), pool_);
+  LodRenderer renderer(*context(), scene.lattice, scene.field, evenSettings(settings), pool_);
   const auto finest = makeFinestController();
   renderer.render(settings.camera, *finest, uniformImportance(), 0, clock_);
   const Image first = renderer.image();
@@ -250,7 +259,7 @@ TEST_F(LodRendererTest, ResidentTexturesAreNotLoadedAgain_L5) {
 TEST_F(LodRendererTest, AWarmCacheIsPredictedToLoadNothing_L7) {
   const test::Scene scene = test::plume(ElementType::f32);
   const RenderSettings settings = casterSettings(scene, "iso");
-  LodRenderer renderer(*context(), scene.lattice, scene.field, lodSettings(settings), pool_);
+  LodRenderer renderer(*context(), scene.lattice, scene.field, evenSettings(settings), pool_);
   const auto finest = makeFinestController();
   for (int frame = 0; frame < 2; ++frame) {
     renderer.render(settings.camera, *finest, uniformImportance(), 0, clock_);
@@ -264,7 +273,7 @@ TEST_F(LodRendererTest, AWarmCacheIsPredictedToLoadNothing_L7) {
 TEST_F(LodRendererTest, ProfilingFillsTheTextureMemoryAndMeasuresLoading_L7) {
   const test::Scene scene = test::denseNoise(ElementType::f32);
   const RenderSettings settings = casterSettings(scene, "iso");
-  LodRenderer renderer(*context(), scene.lattice, scene.field, lodSettings(settings), pool_);
+  LodRenderer renderer(*context(), scene.lattice, scene.field, evenSettings(settings), pool_);
   const LodProfile profile = renderer.profile(settings.camera, clock_);
   EXPECT_GT(profile.secondsPerVoxel, 0);
   EXPECT_GT(profile.secondsPerFragment, 0);
@@ -277,7 +286,7 @@ TEST_F(LodRendererTest, ProfilingFillsTheTextureMemoryAndMeasuresLoading_L7) {
 TEST_F(LodRendererTest, LittleTextureMemoryCostsLoadingButChangesNothing_L5) {
   const test::Scene scene = test::plume(ElementType::f32);
   const RenderSettings settings = casterSettings(scene, "iso");
-  LodSettings scarce = lodSettings(settings);
+  LodSettings scarce = evenSettings(settings);
   const Image expected = renderAt(scene, scarce, settings.camera);
   scarce.textureMemory = 45000;  // two of the subvolumes' textures
   LodRenderer renderer(*context(), scene.lattice, scene.field, scarce, pool_);
@@ -295,9 +304,8 @@ TEST_F(LodRendererTest, APlayingVolumeEqualsAFreshUploadAndLoadsWhatChanged) {
   for (const ElementType type : {ElementType::u8, ElementType::f32}) {
     const test::Scene start = test::movingBall(type, 48, 0);
     const RenderSettings settings = casterSettings(start, "iso");
-    LodRenderer renderer(*context(), start.lattice, start.field, lodSettings(settings), pool_);
-    const auto make = [] { return makeToleranceController(0.02); };
-    const auto controller = make(), finest = makeFinestController();
+    LodRenderer renderer(*context(), start.lattice, start.field, evenSettings(settings), pool_);
+    const auto finest = makeFinestController();
     renderer.render(settings.camera, *finest, uniformImportance(), 0, clock_);
     const uint64_t whole = renderer.statistics().bytesLoaded;
     test::Scene before = start;
@@ -306,7 +314,7 @@ TEST_F(LodRendererTest, APlayingVolumeEqualsAFreshUploadAndLoadsWhatChanged) {
       const ChangedVoxels changes = test::differences(before, after);
       renderer.apply(changes);
       renderer.render(settings.camera, *finest, uniformImportance(), 0, clock_);
-      EXPECT_TRUE(test::imagesEqualBitForBit(renderAt(after, lodSettings(settings), settings.camera),
+      EXPECT_TRUE(test::imagesEqualBitForBit(renderAt(after, evenSettings(settings), settings.camera),
                                              renderer.image()))
           << "step " << step;
       // Proportional to the blocks of 8^3 that changed: at most their box in each of up to 8 subvolumes.
@@ -327,7 +335,7 @@ TEST_F(LodRendererTest, APlayingVolumeEqualsAFreshUploadAtMixedLevels) {
   const test::Scene start = test::movingBall(ElementType::f32, 48, 0);
   const RenderSettings settings = casterSettings(start, "iso");
   const auto mixed = [] { return makeToleranceController(0.01); };
-  LodRenderer renderer(*context(), start.lattice, start.field, lodSettings(settings), pool_);
+  LodRenderer renderer(*context(), start.lattice, start.field, evenSettings(settings), pool_);
   const auto controller = mixed();
   test::Scene before = start;
   for (int step = 0; step <= 3; ++step) {
@@ -336,7 +344,7 @@ TEST_F(LodRendererTest, APlayingVolumeEqualsAFreshUploadAtMixedLevels) {
     // Twice: the second time, every neighbour's level is known.
     for (int i = 0; i < 2; ++i) renderer.render(settings.camera, *controller, uniformImportance(), 0, clock_);
     EXPECT_EQ(renderer.statistics().openBoundaries, 0u);
-    LodRenderer fresh(*context(), after.lattice, after.field, lodSettings(settings), pool_);
+    LodRenderer fresh(*context(), after.lattice, after.field, evenSettings(settings), pool_);
     const auto other = mixed();
     for (int i = 0; i < 2; ++i) fresh.render(settings.camera, *other, uniformImportance(), 0, clock_);
     EXPECT_TRUE(test::imagesEqualBitForBit(fresh.image(), renderer.image())) << "step " << step;
@@ -350,24 +358,24 @@ TEST_F(LodRendererTest, APlayingVolumeEqualsAFreshUploadAtMixedLevels) {
 TEST_F(LodRendererTest, WhatCannotBeSeenIsNotRendered) {
   const test::Scene scene = test::sparseBalls(ElementType::u8);
   const RenderSettings settings = casterSettings(scene, "iso");
-  renderAt(scene, lodSettings(settings), settings.camera);
+  renderAt(scene, evenSettings(settings), settings.camera);
   EXPECT_GT(statistics_.skipped, statistics_.subvolumes);
   Camera away = settings.camera;
   away.target = away.eye + (away.eye - away.target);
-  const Image nothing = renderAt(scene, lodSettings(settings), away);
+  const Image nothing = renderAt(scene, evenSettings(settings), away);
   EXPECT_EQ(statistics_.subvolumes, 0u);
   for (float v : nothing.data) ASSERT_EQ(v, 0.0f);
 }
 
 TEST_F(LodRendererTest, RefusesWhatDoesNotFit) {
   const test::Scene scene = test::plume(ElementType::f32);
-  LodSettings settings = lodSettings(casterSettings(scene, "iso"));
+  LodSettings settings = evenSettings(casterSettings(scene, "iso"));
   settings.textureMemory = 100;
   EXPECT_THROW(LodRenderer(*context(), scene.lattice, scene.field, settings, pool_), OptionError);
-  settings = lodSettings(casterSettings(scene, "iso"));
+  settings = evenSettings(casterSettings(scene, "iso"));
   settings.width = 32768;
   EXPECT_THROW(LodRenderer(*context(), scene.lattice, scene.field, settings, pool_), OptionError);
-  settings = lodSettings(casterSettings(scene, "iso"));
+  settings = evenSettings(casterSettings(scene, "iso"));
   settings.lodsPerLevel = 3;
   EXPECT_THROW(LodRenderer(*context(), scene.lattice, scene.field, settings, pool_), OptionError);
 }
@@ -383,7 +391,7 @@ class SetClock : public Clock {
 TEST_F(LodRendererTest, TimeIsTakenFromTheGivenClock) {
   const test::Scene scene = test::plume(ElementType::f32);
   const RenderSettings settings = casterSettings(scene, "iso");
-  LodRenderer renderer(*context(), scene.lattice, scene.field, lodSettings(settings), pool_);
+  LodRenderer renderer(*context(), scene.lattice, scene.field, evenSettings(settings), pool_);
   SetClock clock;
   const auto controller = makePredictiveController({.secondsPerUnit = 1e-9});
   renderer.render(settings.camera, *controller, uniformImportance(), 1, clock);
