@@ -36,6 +36,14 @@ double interpretBudget(const std::string& text) {
   return name == "ms" ? *number / 1000 : name == "s" ? *number : 1 / *number;
 }
 
+// Some dozens of subvolumes, whatever the size of the volume.
+uint64_t defaultSubvolumeMemory(const Lattice& lattice) {
+  constexpr uint64_t kSubvolumes = 32, kBytesPerTexel = 4, kSmallest = uint64_t(64) << 10,
+                     kLargest = uint64_t(4) << 20;
+  return std::clamp(uint64_t(lattice.domain.voxelCount()) * kBytesPerTexel / kSubvolumes, kSmallest,
+                    kLargest);
+}
+
 }  // namespace
 
 void LodArguments::addTo(CLI::App& command) {
@@ -77,7 +85,7 @@ void LodArguments::addVolumeOptions(CLI::App& command) {
   };
   add("--texture-memory", "SIZE", words_.textureMemory, "most memory for textures [256MiB]");
   add("--subvolume-memory", "SIZE", words_.subvolumeMemory,
-      "subvolumes whose texture would be larger are split [4MiB]");
+      "subvolumes whose texture would be larger are split [64KiB to 4MiB, for\nsome dozens of them]");
   add("--subvolume-deviation", "D", words_.subvolumeDeviation,
       "and those whose values' standard deviation is larger, in the\nvalues' units [never]");
   add("--slices", "NAME", words_.slices,
@@ -184,7 +192,7 @@ void LodArguments::interpretOutput() {
         ExrCompression(choiceOption("--compression", w.compression, {"none", "zips", "zip", "piz"}));
 }
 
-LodSettings LodArguments::settings(const RenderSettings& picture) const {
+LodSettings LodArguments::settings(const RenderSettings& picture, const Lattice& lattice) const {
   if (picture.filter != Filter::trilinear)
     throw OptionError("--filter", "kairos lod interpolates trilinearly only");
   if (picture.mode == RenderMode::average)
@@ -194,6 +202,8 @@ LodSettings LodArguments::settings(const RenderSettings& picture) const {
   if (picture.terminate != RenderSettings{}.terminate)
     throw OptionError("--terminate", "is for kairos render: slices blend through the whole volume");
   LodSettings settings = base_;
+  if (words_.subvolumeMemory.empty())
+    settings.subdivision.memoryLimit = std::min(settings.textureMemory, defaultSubvolumeMemory(lattice));
   settings.width = picture.width;
   settings.height = picture.height;
   settings.transferFunction = picture.transferFunction;

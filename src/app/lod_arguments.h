@@ -32,7 +32,7 @@ class LodArguments {
   void interpret();
 
   /// The volume's settings; throws OptionError for what this renderer does not do.
-  LodSettings settings(const RenderSettings& picture) const;
+  LodSettings settings(const RenderSettings& picture, const Lattice& lattice) const;
   Importance importance(const RenderSettings& picture) const;
   /// `profile`: what was measured; zeros where nothing was.
   std::unique_ptr<LodController> controller(const RenderSettings& picture, const LodProfile& profile) const;

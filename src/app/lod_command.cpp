@@ -117,27 +117,21 @@ void LodRun::run() {
 void LodRun::open() {
   pool_ = std::make_unique<ThreadPool>(arguments_.threads);
   source_ = openStepSource(arguments_.input, 0, *pool_);
-  const auto& steps = source_->steps();
-  const auto inside = [&](int64_t step) { return arguments_.frames.contains(step); };
-  const auto first = std::find_if(steps.begin(), steps.end(), inside);
-  if (first == steps.end())
-    refuseValue("--frames", arguments_.framesText,
-                "time steps of " + source_->name() + ", which has " + countText(steps.size(), "step") +
-                    " from " + std::to_string(steps.front()) + " to " + std::to_string(steps.back()));
-  first_ = last_ = size_t(first - steps.begin());
-  while (last_ + 1 < steps.size() && inside(steps[last_ + 1])) ++last_;
+  const SelectedSteps selected = selectSteps(*source_, arguments_.frames, "--frames", arguments_.framesText);
+  first_ = selected.first;
+  last_ = selected.last;
 }
 
 void LodRun::defineImages() {
   // Options are found wrong before a pass over the data begins.
   view_ = arguments_.view.settings(source_->lattice(), {0, 1});
-  settings_ = arguments_.settings(view_);
+  settings_ = arguments_.settings(view_, source_->lattice());
   if (arguments_.view.needsDataRange()) {
     ProgressLine progress("scanning value range", "steps", arguments_.quiet);
     const ValueRange range = source_->valueRange(
         [&](int64_t done, int64_t total) { progress.update(done, total); }, context_.stop);
     view_ = arguments_.view.settings(source_->lattice(), range);
-    settings_ = arguments_.settings(view_);
+    settings_ = arguments_.settings(view_, source_->lattice());
   }
   importance_ = arguments_.importance(view_);
 }
