@@ -30,37 +30,58 @@ void addTo(FrameStatistics& sum, const FrameStatistics& frame) {
   sum.bricksSkipped += frame.bricksSkipped;
 }
 
+// What a frame under a budget took of it, and how far it is from the exact one. Errors are RMSE.
+void addBudget(nlohmann::ordered_json& record, const RunDescription& run, const FrameTimes& times,
+               const FrameStatistics& frame) {
+  record["render_ms"] = rounded(times.renderMs);
+  if (run.budget.milliseconds > 0) record["budget_ms"] = run.budget.milliseconds;
+  if (run.budget.samples > 0) record["budget_samples"] = run.budget.samples;
+  if (run.budget.limited()) record["budget_too_small"] = frame.budgetTooSmall;
+  if (frame.error) {
+    record["error_estimate"] = frame.error->rmse;
+    record["error_low"] = frame.error->low;
+    record["error_high"] = frame.error->high;
+  }
+  if (times.trueRmse) record["true_error"] = *times.trueRmse;
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[size_t(std::ceil(share * double(values.size() - 1)))];
+}
+
 }  // namespace
 
 std::string frameRecord(int64_t step, const RunDescription& run, const FrameTimes& times,
                         const FrameStatistics& frame, uint64_t bytesRead, int64_t nonFinite) {
-  const nlohmann::ordered_json record{{"frame", step},
-                                      {"method", run.method},
-                                      {"total_ms", rounded(times.totalMs)},
-                                      {"load_ms", rounded(times.loadMs)},
-                                      {"update_ms", rounded(frame.updateMs)},
-                                      {"select_ms", rounded(frame.selectMs)},
-                                      {"cast_ms", rounded(frame.castMs)},
-                                      {"compose_ms", rounded(frame.composeMs)},
-                                      {"write_ms", rounded(times.writeMs)},
-                                      {"voxels_changed", frame.voxelsChanged},
-                                      {"voxels_sampled", frame.voxelsSampled},
-                                      {"pixels_changed", frame.pixelsChanged},
-                                      {"pixels_recast", frame.pixelsRecast},
-                                      {"segments_total", frame.segmentsTotal},
-                                      {"segments_dirty", frame.segmentsDirty},
-                                      {"segments_recast", frame.segmentsRecast},
-                                      {"samples", frame.samples},
-                                      {"bricks_visible", frame.bricksVisible},
-                                      {"bricks_skipped", frame.bricksSkipped},
-                                      {"gradients", frame.gradients},
-                                      {"bytes_read", bytesRead},
-                                      {"stale_pixels", frame.stalePixels},
-                                      {"rays_cast", frame.raysCast},
-                                      {"step_level", frame.stepLevel},
-                                      {"threads", run.threads},
-                                      {"isa", run.isa},
-                                      {"non_finite", nonFinite}};
+  nlohmann::ordered_json record{{"frame", step},
+                                {"method", run.method},
+                                {"total_ms", rounded(times.totalMs)},
+                                {"load_ms", rounded(times.loadMs)},
+                                {"update_ms", rounded(frame.updateMs)},
+                                {"select_ms", rounded(frame.selectMs)},
+                                {"cast_ms", rounded(frame.castMs)},
+                                {"compose_ms", rounded(frame.composeMs)},
+                                {"write_ms", rounded(times.writeMs)},
+                                {"voxels_changed", frame.voxelsChanged},
+                                {"voxels_sampled", frame.voxelsSampled},
+                                {"pixels_changed", frame.pixelsChanged},
+                                {"pixels_recast", frame.pixelsRecast},
+                                {"segments_total", frame.segmentsTotal},
+                                {"segments_dirty", frame.segmentsDirty},
+                                {"segments_recast", frame.segmentsRecast},
+                                {"samples", frame.samples},
+                                {"bricks_visible", frame.bricksVisible},
+                                {"bricks_skipped", frame.bricksSkipped},
+                                {"gradients", frame.gradients},
+                                {"bytes_read", bytesRead},
+                                {"stale_pixels", frame.stalePixels},
+                                {"rays_cast", frame.raysCast},
+                                {"step_level", frame.stepLevel},
+                                {"threads", run.threads},
+                                {"isa", run.isa},
+                                {"non_finite", nonFinite}};
+  addBudget(record, run, times, frame);
   return record.dump();
 }
 
@@ -76,13 +97,52 @@ void StatsFile::write(const std::string& record) {
   if (!file_) throw OutputError(path_, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-void RunSummary::add(const FrameStatistics& frame, double totalMs, bool first) {
+void RunSummary::add(const FrameStatistics& frame, const FrameTimes& times, bool first) {
   ++frames_;
-  totalMs_ += totalMs;
+  totalMs_ += times.totalMs;
   castMs_ += frame.castMs;
-  longestMs_ = std::max(longestMs_, totalMs);
+  longestMs_ = std::max(longestMs_, times.totalMs);
   addTo(sum_, frame);
-  if (!first) addTo(updates_, frame);
+  if (first) return;
+  addTo(updates_, frame);
+  renderMs_.push_back(times.renderMs);
+  tooSmall_ += frame.budgetTooSmall;
+  if (frame.error) {
+    ++estimated_;
+    exact_ += frame.error->rmse == 0;
+    squaredError_ += frame.error->rmse * frame.error->rmse;
+    worstError_ = std::max(worstError_, frame.error->high);
+  }
+  if (times.trueRmse) {
+    ++verified_;
+    squaredTrueError_ += *times.trueRmse * *times.trueRmse;
+    worstTrueError_ = std::max(worstTrueError_, *times.trueRmse);
+  }
+}
+
+// How the budget was kept, and how wrong the frames may be.
+std::string RunSummary::budgetText(const RunDescription& run) const {
+  if (renderMs_.empty()) return "";
+  std::string text;
+  if (run.budget.milliseconds > 0)
+    text += formatted(
+        "budget %.2f ms: half the frames took %.2f ms or less, 95 %% %.2f ms or less, the longest "
+        "%.2f ms\n",
+        run.budget.milliseconds, percentile(renderMs_, 0.5), percentile(renderMs_, 0.95),
+        percentile(renderMs_, 1));
+  if (tooSmall_)
+    text += "the budget was too small for the coarsest image in " + countText(tooSmall_, "frame") +
+            ": parts of them show earlier steps\n";
+  if (estimated_)
+    text += formatted(
+        "%s of %s exact; the RMSE is about %.2g over all of them, in no frame above %.2g (95 %% "
+        "confidence for each)\n",
+        countText(exact_, "frame").c_str(), countText(estimated_, "frame").c_str(),
+        std::sqrt(squaredError_ / double(estimated_)), worstError_);
+  if (verified_)
+    text += formatted("verified: the true RMSE is %.3g over all frames, at most %.3g in one\n",
+                      std::sqrt(squaredTrueError_ / double(verified_)), worstTrueError_);
+  return text;
 }
 
 std::string RunSummary::text(const RunDescription& run, size_t kept, double seconds,
@@ -97,6 +157,7 @@ std::string RunSummary::text(const RunDescription& run, size_t kept, double seco
   text += formatted(
       "a frame took %.1f ms from its step to its image, %.1f of them casting; the longest %.1f ms\n",
       totalMs_ / double(frames_), castMs_ / double(frames_), longestMs_);
+  if (run.budget.limited() || verified_) text += budgetText(run);
   const uint64_t bricks = sum_.bricksVisible + sum_.bricksSkipped;
   text += "skipped " + percentText(share(sum_.bricksSkipped, bricks)) +
           " of the brick grid: nothing there is visible under this transfer function\n";

@@ -68,6 +68,7 @@ void FrameWriter::write(const FrameToWrite& frame) const {
   if (frame.png) writePng(*frame.png, frame.rgba);
   std::vector<ExrChannel> channels;
   if (frame.depth) channels.push_back({"Z", &*frame.depth});
+  for (const auto& [channel, image] : frame.aovs) channels.push_back({channel, &image});
   writeExr(frame.path, frame.rgba, channels, camera_, frame.metadata, options_);
 }
 

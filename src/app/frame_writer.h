@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/bounded_queue.h"
@@ -22,6 +23,7 @@ struct FrameToWrite {
   std::optional<std::string> png;  // of its PNG
   Image rgba;
   std::optional<Image> depth;
+  std::vector<std::pair<std::string, Image>> aovs;  // further channels by name
   Metadata metadata;
   std::function<void(double writeMs)> written;  // called after its files stand, in the order of submission
 };

@@ -90,6 +90,24 @@ uint64_t bytesOption(const std::string& option, const std::string& text) {
   return uint64_t(*value * unit);
 }
 
+Budget budgetOption(const std::string& option, const std::string& text) {
+  static const char* const kExpected =
+      "a time of 0.1ms to 1e6ms such as 40ms, a rate of 0.001fps to 10000fps such as 25fps, or a number of "
+      "samples of 1000 to 1e15 such as samples:2e6";
+  const auto number = [&](const std::string& digits, double lo, double hi) {
+    const auto value = parsedNumber(digits);
+    if (!value || !(*value >= lo && *value <= hi)) refuseValue(option, text, kExpected);
+    return *value;
+  };
+  static const std::string kSamples = "samples:";
+  if (text.starts_with(kSamples))
+    return Budget::ofSamples(uint64_t(number(text.substr(kSamples.size()), 1e3, 1e15)));
+  if (text.ends_with("fps"))
+    return Budget::framesPerSecond(number(text.substr(0, text.size() - 3), 1e-3, 1e4));
+  if (text.ends_with("ms")) return Budget::time(number(text.substr(0, text.size() - 2), 0.1, 1e6));
+  refuseValue(option, text, kExpected);
+}
+
 StepRange stepRangeOption(const std::string& option, const std::string& text) {
   static const char* const kExpected = "time steps as A-B, A, A- or -B";
   const auto end = [&](const std::string& digits) -> std::optional<int64_t> {

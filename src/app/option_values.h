@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/budget.h"
 #include "core/vec3.h"
 
 namespace kairos {
@@ -34,6 +35,9 @@ std::vector<double> numbersOption(const std::string& option, const std::string& 
 Vec3d vectorOption(const std::string& option, const std::string& text, const std::string& expected);
 /// A number of bytes with an optional suffix KiB, MiB, GiB or TiB.
 uint64_t bytesOption(const std::string& option, const std::string& text);
+
+/// "40ms", "25fps" or "samples:2000000" (also 2e6).
+Budget budgetOption(const std::string& option, const std::string& text);
 
 /// Time steps "A-B", "A", "A-" or "-B", both ends included.
 struct StepRange {

@@ -67,8 +67,17 @@ void RenderArguments::addMethodOptions(CLI::App& command) {
     command.add_option(option, value, help)->group("Method")->option_text(placeholder);
   };
   add("--method", "NAME", words_.method,
-      "segments: recast the ray segments whose voxels changed; full: recast\neverything. Both give the same "
-      "bits [segments]");
+      "exact, the same bits: segments (recast the ray segments whose voxels\nchanged), full (recast "
+      "everything), dvrm, tldvrm (whole rays, as published);\nas near as --budget allows: anytime (exact "
+      "where "
+      "that fits, else adaptive\nrefinement), tcdvrm (as published), tiles (recast the tiles that seem to\n"
+      "change most), lowres (a coarser image enlarged) [segments; with a budget\nanytime]");
+  add("--budget", "BUDGET", budgetText,
+      "what a frame may cost, from its step to its image: 40ms, 25fps, or\nsamples:2e6, with which two runs "
+      "give the same bits [none]");
+  add("--seed", "N", words_.seed, "of what is drawn at random [0]");
+  command.add_flag("--verify", verify, "render each frame exactly too, and report how far it was off")
+      ->group("Method");
   add("--threads", "N", words_.threads, "threads that render, from 1 to 1024 [all processors]");
   std::string isas;
   for (const std::string& known : isaNames()) isas += ", " + known;
@@ -100,10 +109,12 @@ void RenderArguments::addOutputOptions(CLI::App& command) {
   command
       .add_option(
           "--aov", words_.aov,
-          "further channels: depth (Z: the opacity-weighted mean distance from the\neye in world units, "
-          "infinite where nothing is seen; dvr) [none]")
+          "further channels, separated by commas: depth (Z: the opacity-weighted mean\ndistance from the eye "
+          "in world units, infinite where nothing is seen;\nnot under a budget, dvr), error (expected, per "
+          "pixel), age (steps since a\npixel was cast), level (stride in pixels of the rays around it), "
+          "influence\n(changed voxels that touch it; dvrm, tldvrm, tcdvrm), samples (along its\nray) [none]")
       ->group(kGroup)
-      ->option_text("NAME");
+      ->option_text("NAMES");
   command.add_flag("--png", png, "also a PNG beside each EXR, over black")->group(kGroup);
   command.add_option("--stats", stats, "one JSON object per frame: times, counts, what was reused")
       ->group(kGroup)
@@ -124,13 +135,33 @@ void RenderArguments::interpretMethod() {
   if (!w.tolerance.empty())
     tolerance = numberOption("--tolerance", w.tolerance, 0, 1e30,
                              "a number of 0 or more, in the units of the values");
-  if (!w.method.empty()) renderer.method = Method(choiceOption("--method", w.method, {"full", "segments"}));
+  interpretBudget();
   renderer.threads =
       w.threads.empty()
           ? std::clamp(int(std::thread::hardware_concurrency()), 1, 1024)
           : int(integerOption("--threads", w.threads, 1, 1024, "a whole number from 1 to 1024"));
   renderer.cacheMemory = w.cacheMemory.empty() ? kDefaultCache : bytesOption("--cache-memory", w.cacheMemory);
   isa = interpretIsa(w.isa);
+}
+
+void RenderArguments::interpretBudget() {
+  static const std::vector<Method> kMethods{Method::full,    Method::segments, Method::dvrm,  Method::tldvrm,
+                                            Method::anytime, Method::tcdvrm,   Method::tiles, Method::lowres};
+  std::vector<std::string> names;
+  for (const Method method : kMethods) names.push_back(name(method));
+  if (!budgetText.empty()) {
+    renderer.budget = budgetOption("--budget", budgetText);
+    renderer.method = Method::anytime;
+  }
+  if (!words_.method.empty()) renderer.method = kMethods[choiceOption("--method", words_.method, names)];
+  if (renderer.budget.limited() && !budgeted(renderer.method))
+    throw OptionError(
+        "--budget",
+        std::string("--method ") + name(renderer.method) +
+            " takes what an exact image takes, expected --method anytime, tcdvrm, tiles or lowres");
+  if (!words_.seed.empty())
+    renderer.seed =
+        uint64_t(integerOption("--seed", words_.seed, 0, INT64_MAX, "a whole number of 0 or more"));
 }
 
 void RenderArguments::interpretOutput() {
@@ -141,9 +172,14 @@ void RenderArguments::interpretOutput() {
     exr.compression =
         ExrCompression(choiceOption("--compression", w.compression, {"none", "zips", "zip", "piz"}));
   if (w.aov.empty()) return;
-  for (const std::string& aov : commaSeparated(w.aov))
-    if (aov != "depth") refuseValue("--aov", aov, "depth, the only further channel");
-  depth = true;
+  for (const std::string& word : commaSeparated(w.aov)) {
+    const size_t aov =
+        choiceOption("--aov", word, {"error", "age", "level", "influence", "samples", "depth"});
+    if (aov == 5)
+      depth = true;
+    else
+      aovs.push_back(FrameRenderer::Aov(aov));
+  }
 }
 
 }  // namespace kairos

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "app/input_arguments.h"
 #include "app/option_values.h"
@@ -35,12 +36,15 @@ class RenderArguments {
   std::string framesText;  // as typed
   ExrOptions exr;
   bool depth = false;  // --aov depth
+  std::vector<FrameRenderer::Aov> aovs;
+  std::string budgetText;  // as typed
+  bool verify = false;     // --verify
   bool png = false, resume = false, quiet = false;
   std::string stats;  // empty: none
 
  private:
   struct Words {
-    std::string tolerance, method, threads, isa, cacheMemory;
+    std::string tolerance, method, seed, threads, isa, cacheMemory;
     std::string compression, aov;
     bool half = false, full = false;
   };
@@ -48,6 +52,7 @@ class RenderArguments {
   void addMethodOptions(CLI::App& command);
   void addOutputOptions(CLI::App& command);
   void interpretMethod();
+  void interpretBudget();
   void interpretOutput();
 
   Words words_;

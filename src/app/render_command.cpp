@@ -21,6 +21,7 @@
 #include "app/step_stream.h"
 #include "app/text_format.h"
 #include "core/error.h"
+#include "core/image_difference.h"
 #include "tcdvrm/renderer_factory.h"
 
 namespace kairos {
@@ -48,7 +49,8 @@ class RenderRun {
   void renderFrames();
   void renderStep(const LoadedStep& step, Clock::time_point begin);
   void writeFrame(const LoadedStep& step, const FrameTimes& times);
-  const Image& show(const LoadedStep& step);
+  void show(const LoadedStep& step, FrameRenderer& renderer);
+  std::vector<std::pair<std::string, Image>> aovs() const;
   void warnOfNonFinite(const LoadedStep& step);
   void summarise(Clock::time_point begin);
 
@@ -74,6 +76,7 @@ class RenderRun {
   uint64_t settingsHash_ = 0;
   std::vector<bool> stands_;  // per selected step: finished by an earlier run
   std::unique_ptr<FrameRenderer> renderer_;
+  std::unique_ptr<FrameRenderer> verifier_;  // the exact frames, with --verify
   std::optional<StatsFile> stats_;
   std::optional<ProgressLine> progress_;
   std::optional<FrameWriter> writer_;  // its callbacks use the ones above
@@ -124,11 +127,21 @@ void RenderRun::defineImages() {
   // Options are found wrong before a pass over the data begins.
   settings_ = settingsFor({0, 1});
   if (arguments_.view.needsDataRange()) settings_ = settingsFor(dataRange());
-  description_ = {name(arguments_.renderer.method), name(settings_.isa), arguments_.renderer.threads,
-                  settings_.width, settings_.height};
+  description_ = {name(arguments_.renderer.method),
+                  name(settings_.isa),
+                  arguments_.renderer.threads,
+                  settings_.width,
+                  settings_.height,
+                  arguments_.renderer.budget};
   const std::string storage =
       formatted("half %d compression %d", int(arguments_.exr.half), int(arguments_.exr.compression));
-  settingsHash_ = settingsFingerprint(settings_, source_->lattice(), storage);
+  std::string further = storage;
+  for (const FrameRenderer::Aov aov : arguments_.aovs)
+    further += std::string(" aov ") + FrameRenderer::name(aov);
+  if (budgeted(arguments_.renderer.method))
+    further += formatted(" %s %s seed %llu", description_.method.c_str(), arguments_.budgetText.c_str(),
+                         (unsigned long long)arguments_.renderer.seed);
+  settingsHash_ = settingsFingerprint(settings_, source_->lattice(), further);
 }
 
 void RenderRun::findStandingFrames() {
@@ -152,6 +165,11 @@ void RenderRun::renderFrames() {
   StepStream stream(*source_, first, last);
 
   renderer_ = makeRenderer(source_->lattice(), settings_, arguments_.renderer);
+  if (arguments_.verify) {
+    RendererOptions exact = arguments_.renderer;
+    exact.method = Method::segments;
+    verifier_ = makeRenderer(source_->lattice(), settings_, exact);
+  }
   if (!renderer_->seesVolume())
     throw OptionError(
         settings_.clipBox ? "--clip-box" : "--eye",
@@ -182,27 +200,44 @@ void RenderRun::renderFrames() {
 void RenderRun::renderStep(const LoadedStep& step, Clock::time_point begin) {
   warnOfNonFinite(step);
   const bool first = std::holds_alternative<Field>(step.content);
-  show(step);
-  const double totalMs = msSince(begin);
+  FrameTimes times;
+  times.loadMs = step.loadMs;
+  const auto atHand = Clock::now();
+  show(step, *renderer_);
+  times.renderMs = msSince(atHand);
+  times.totalMs = msSince(begin);
+  if (verifier_) {
+    show(step, *verifier_);
+    times.trueRmse = colourError(renderer_->image(), verifier_->image()).rmse;
+  }
   if (stands(step.index)) return;
-  summary_.add(renderer_->statistics(), totalMs, first);
-  writeFrame(step, {totalMs, step.loadMs, 0});
+  summary_.add(renderer_->statistics(), times, first);
+  writeFrame(step, times);
   progress_->update(++submitted_, framesToWrite());
 }
 
-const Image& RenderRun::show(const LoadedStep& step) {
+void RenderRun::show(const LoadedStep& step, FrameRenderer& renderer) {
   try {
-    if (const auto* field = std::get_if<Field>(&step.content)) return renderer_->start(*field);
-    return renderer_->update(std::get<ChangedVoxels>(step.content));
+    if (const auto* field = std::get_if<Field>(&step.content))
+      renderer.start(*field);
+    else
+      renderer.update(std::get<ChangedVoxels>(step.content));
   } catch (const StateError& error) {
     throw StateError(source_->stepName(step.index) + ": " + error.what());
   }
 }
 
+std::vector<std::pair<std::string, Image>> RenderRun::aovs() const {
+  std::vector<std::pair<std::string, Image>> images;
+  for (const FrameRenderer::Aov aov : arguments_.aovs)
+    images.emplace_back(FrameRenderer::name(aov), renderer_->aov(aov));
+  return images;
+}
+
 void RenderRun::writeFrame(const LoadedStep& step, const FrameTimes& times) {
   const FrameStatistics statistics = renderer_->statistics();
   const int64_t number = source_->steps()[step.index];
-  FrameToWrite frame{framePathOf(step.index), {}, writer_->spareImage(), {}, {}, {}};
+  FrameToWrite frame{framePathOf(step.index), {}, writer_->spareImage(), {}, aovs(), {}, {}};
   frame.rgba = renderer_->image();
   if (arguments_.png) frame.png = pngPathOf(step.index);
   if (arguments_.depth) frame.depth = renderer_->depth();
@@ -212,6 +247,13 @@ void RenderRun::writeFrame(const LoadedStep& step, const FrameTimes& times) {
                     {"kairos:method", description_.method},
                     {"kairos:samples", double(statistics.samples)},
                     {"kairos:settings", fingerprintOf(step.index)}};
+  if (!arguments_.budgetText.empty()) frame.metadata["kairos:budget"] = arguments_.budgetText;
+  if (const auto& error = statistics.error; error && budgeted(arguments_.renderer.method)) {
+    frame.metadata["kairos:errorEstimate"] = error->rmse;
+    frame.metadata["kairos:errorLow"] = error->low;
+    frame.metadata["kairos:errorHigh"] = error->high;
+  }
+  if (times.trueRmse) frame.metadata["kairos:trueError"] = *times.trueRmse;
   frame.written = [this, times, statistics, number, bytes = step.bytesRead,
                    nonFinite = step.nonFinite](double writeMs) {
     FrameTimes all = times;

@@ -61,7 +61,7 @@ void ExactImage::restart() {
 }
 
 void ExactImage::markAll() {
-  std::fill(stale_.begin(), stale_.end(), uint8_t(1));
+  std::fill(stale_.begin(), stale_.end(), kTouched);
 }
 
 void ExactImage::note(const AppliedChanges& changes) {
@@ -78,6 +78,7 @@ void ExactImage::note(const AppliedChanges& changes) {
 uint64_t ExactImage::mark() {
   if (!cache_) return 0;
   const SegmentIndex& index = *caster_.index();
+  std::replace(stale_.begin(), stale_.end(), kTouched, uint8_t(1));
   std::atomic<uint64_t> marked{0};
   scene_.pool().forEach(notedCells_.size(), 16, [&](size_t begin, size_t end) {
     uint64_t count = 0;
@@ -86,7 +87,7 @@ uint64_t ExactImage::mark() {
       for (const uint32_t segment : index.segmentsOf(cell)) {
         if ((index.subBlocks(segment) & noted_[cell]) == 0) continue;
         count += cache_->touch(segment);
-        std::atomic_ref(stale_[index.tileOf(segment)]).store(1, std::memory_order_relaxed);
+        std::atomic_ref(stale_[index.tileOf(segment)]).store(kTouched, std::memory_order_relaxed);
       }
       noted_[cell] = 0;
     }
@@ -114,13 +115,14 @@ uint64_t ExactImage::latticeSamples(uint32_t tile) const {
   return samples;
 }
 
-ExactImage::NotedShare ExactImage::notedSamples() const {
-  NotedShare share;
-  for (uint32_t cell = 0; cell < cellSamples_.size(); ++cell) {
-    if (noted_[cell] != 0) share.noted += cellSamples_[cell];
-    if (scene_.occupancy().visible(cell)) share.visible += cellSamples_[cell];
-  }
-  return share;
+ExactImage::Reach ExactImage::reachOf(const AppliedChanges& changes) const {
+  Reach reach;
+  for (uint32_t cell = 0; cell < cellSamples_.size(); ++cell)
+    if (scene_.occupancy().visible(cell)) reach.visible += cellSamples_[cell];
+  for (size_t i = 0; i < changes.cells.size() && !cellSamples_.empty(); ++i)
+    if (changes.visibleBefore[i] || scene_.occupancy().visible(changes.cells[i]))
+      reach.touched += cellSamples_[changes.cells[i]];
+  return reach;
 }
 
 // Decides whether a tile goes through the cache, and turns the marks since its last cast into plain stale

@@ -38,17 +38,19 @@ class ExactImage {
   void markAll();
 
   bool stale(uint32_t tile) const { return stale_[tile] != 0; }
+  /// Is it stale on account of what was marked last?
+  bool touched(uint32_t tile) const { return stale_[tile] == kTouched; }
   /// All stale tiles, in the order in which they are best cast.
   const std::vector<uint32_t>& staleTiles();
   /// Lattice samples of a tile that casting it now would integrate, were no ray to end before its last
   /// frame's did and no window to be skipped: an upper estimate to be scaled by experience. After `mark`.
   uint64_t latticeSamples(uint32_t tile) const;
-  /// Of all tiles of bricks that changed since the last `mark`, and of all visible ones: what can be known
-  /// before it. Both count samples behind opaque matter.
-  struct NotedShare {
-    uint64_t noted = 0, visible = 0;
+  /// Lattice samples of all bricks that changes touched while visible, and of all visible ones: what can be
+  /// known before `mark`. Both count what lies behind opaque matter. 0 without `reuse`.
+  struct Reach {
+    uint64_t touched = 0, visible = 0;
   };
-  NotedShare notedSamples() const;
+  Reach reachOf(const AppliedChanges& changes) const;
 
   /// Casts the tiles (after `mark`) and writes them to the images; they are exact then. Adds to the counts
   /// and times of `statistics`.
@@ -63,6 +65,8 @@ class ExactImage {
 
  private:
   const RenderSettings& settings() const { return scene_.settings(); }
+  static constexpr uint8_t kTouched = 2;
+
   float* pixels(uint32_t tile) { return pixels_.data() + size_t(tile) * pixelFloats_; }
   void castTile(uint32_t tile, PreparedTile& prepared, TileCounters& counters);
   bool chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags);

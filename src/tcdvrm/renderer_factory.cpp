@@ -3,7 +3,10 @@
 #include "core/error.h"
 #include "diff/differential_renderer.h"
 #include "diff/dvrm_renderer.h"
+#include "tcdvrm/anytime_renderer.h"
+#include "tcdvrm/lowres_renderer.h"
 #include "tcdvrm/tcdvrm_renderer.h"
+#include "tcdvrm/tiles_renderer.h"
 
 namespace kairos {
 
@@ -18,6 +21,12 @@ std::unique_ptr<FrameRenderer> makeRenderer(const Lattice& lattice, const Render
       return std::make_unique<DvrmRenderer>(lattice, settings, options);
     case Method::tcdvrm:
       return std::make_unique<TcdvrmRenderer>(lattice, settings, options);
+    case Method::anytime:
+      return std::make_unique<AnytimeRenderer>(lattice, settings, options);
+    case Method::tiles:
+      return std::make_unique<TilesRenderer>(lattice, settings, options);
+    case Method::lowres:
+      return std::make_unique<LowresRenderer>(lattice, settings, options);
     default:
       throw OptionError("--method", std::string("this build has no \"") + name(options.method) + "\"");
   }

@@ -1,6 +1,8 @@
 // `kairos render` from end to end, through the program.
 #include "cli/render_fixture.h"
 
+#include "core/image_difference.h"
+
 #include <limits>
 #include <thread>
 
@@ -167,6 +169,47 @@ TEST_F(Render, StatsHoldOneRecordPerFrame) {
   EXPECT_GT(all[0]["gradients"], 0);
   EXPECT_GT(all[1]["bytes_read"], 0);
   EXPECT_GT(all[1]["voxels_changed"], 0);
+}
+
+TEST_F(Render, AFrameUnderABudgetSaysWhatItCostAndHowWrongItMayBe) {
+  ASSERT_TRUE(ok(render("out", {"--budget", "samples:3000", "--verify", "--stats", dir / "s.jsonl", "--range",
+                                "0,255", "--aov", "error,age,level", "--seed", "4", "--float"})));
+  ASSERT_TRUE(ok(render("exact", {"--range", "0,255", "--float"})));
+  const auto all = records(dir / "s.jsonl");
+  ASSERT_EQ(all.size(), size_t(kSteps));
+  EXPECT_EQ(all[0]["true_error"], 0) << "the first frame is exact";
+  for (const auto& record : all) {
+    EXPECT_EQ(record["method"], "anytime");
+    EXPECT_EQ(record["budget_samples"], 3000);
+    for (const char* key : {"render_ms", "error_estimate", "error_low", "error_high", "true_error",
+                            "step_level", "budget_too_small"})
+      EXPECT_TRUE(record.contains(key)) << key;
+    EXPECT_LT(record["true_error"], 0.1);
+  }
+  const Metadata metadata = readMetadata(frame("out", kFirstStep + 2));
+  EXPECT_EQ(std::get<std::string>(metadata.at("kairos:budget")), "samples:3000");
+  for (const char* key : {"kairos:errorEstimate", "kairos:errorLow", "kairos:errorHigh", "kairos:trueError"})
+    EXPECT_TRUE(metadata.count(key)) << key;
+  const double truth =
+      colourError(readImage(frame("out", kFirstStep + 2)), readImage(frame("exact", kFirstStep + 2))).rmse;
+  EXPECT_NEAR(std::get<double>(metadata.at("kairos:trueError")), truth, 1e-6);
+  const std::string header = fileContents(frame("out", kFirstStep + 2)).substr(0, 2000);
+  for (const char* channel : {"error", "age", "level"}) EXPECT_THAT(header, HasSubstr(channel));
+}
+
+TEST_F(Render, ASampleBudgetRepeatsBitForBit) {
+  const Arguments options{"--budget", "samples:3000", "--range", "0,255", "--float"};
+  ASSERT_TRUE(ok(render("once", join(options, {"--threads", "1"}))));
+  ASSERT_TRUE(ok(render("again", join(options, {"--threads", "3"}))));
+  expectSameFrames("once", "again");
+}
+
+TEST_F(Render, TheSummarySaysHowTheBudgetWasKept) {
+  const ProgramResult result = render("out", {"--budget", "50ms", "--verify", "--range", "0,255"});
+  ASSERT_TRUE(ok(result));
+  EXPECT_THAT(result.out, HasSubstr("budget 50.00 ms"));
+  EXPECT_THAT(result.out, HasSubstr("exact"));
+  EXPECT_THAT(result.out, HasSubstr("verified"));
 }
 
 TEST_F(Render, AFrameOfWhichMostStandsStillIsMostlyReused) {

@@ -1,0 +1,260 @@
+#include "tcdvrm/anytime_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/stopwatch.h"
+#include "tcdvrm/interpolatable.h"
+
+namespace kairos {
+namespace {
+
+// Changes that reach so much of what is visible leave nothing to be found out about single tiles.
+constexpr double kEverything = 0.8;
+
+// An exact frame is begun when it is expected to take at most so much of the budget.
+constexpr double kExactShare = 0.92;
+constexpr size_t kFewestTiles = 64;  // of a batch, where they fit
+
+}  // namespace
+
+AnytimeRenderer::AnytimeRenderer(const Lattice& lattice, const RenderSettings& settings,
+                                 const RendererOptions& options)
+    : FrameRenderer(lattice, interpolatable(settings), options),
+      meter_(options.budget, options.clock),
+      exact_(scene_, options, true, image_, nullptr),
+      refinement_(scene_, exact_.caster(), image_, meter_, options.seed),
+      shown_(settings.width, settings.height) {
+  requireSegmentLists(exact_.caster());
+}
+
+size_t AnytimeRenderer::blockOf(uint32_t tile) const {
+  const auto tilesX = uint32_t(exact_.caster().view().tilesX());
+  return shown_.index(int(tile % tilesX / 2), int(tile / tilesX / 2));
+}
+
+// Calls body(tile) for the tiles of a block.
+template <class Body>
+void AnytimeRenderer::forTiles(size_t block, Body&& body) const {
+  const ViewRays& view = exact_.caster().view();
+  const int x0 = int(block) % shown_.columns() * 2, y0 = int(block) / shown_.columns() * 2;
+  for (int y = y0; y < std::min(y0 + 2, view.tilesY()); ++y)
+    for (int x = x0; x < std::min(x0 + 2, view.tilesX()); ++x) body(uint32_t(y * view.tilesX() + x));
+}
+
+void AnytimeRenderer::renderWhole() {
+  exact_.restart();
+  unmarked_ = false;
+  visibleSegments_.assign(shown_.size(), 0);
+  approximated_.assign(shown_.size(), 0);
+  uint64_t latticeSamples = 0;
+  for (uint32_t tile = 0; tile < uint32_t(exact_.tileCount()); ++tile)
+    for (const Segment& s : exact_.caster().index()->segments(int(tile)))
+      if (scene_.occupancy().visible(s.cell)) {
+        ++visibleSegments_[blockOf(tile)];
+        latticeSamples += uint64_t(s.kEnd - s.kBegin) * kLanes;
+      }
+  meter_.beginCasting();
+  exact_.cast(exact_.staleTiles(), statistics_);
+  meter_.endCasting({double(statistics_.samples), double(statistics_.segmentsRecast)});
+  if (latticeSamples > 0) {
+    samplesPerLatticeSample_ = double(statistics_.samples) / double(latticeSamples);
+    segmentsPerSample_ = double(statistics_.segmentsRecast) / std::max(1.0, double(statistics_.samples));
+  }
+  shown_ = visibleBlocks();
+  refinement_.restart();
+  statistics_.error = ErrorEstimate{};
+  statistics_.cacheBytes = exact_.cacheBytes();
+}
+
+// Keeps count of each block's visible segments.
+void AnytimeRenderer::followVisibility(const AppliedChanges& applied) {
+  const SegmentIndex& index = *exact_.caster().index();
+  for (size_t i = 0; i < applied.cells.size(); ++i) {
+    const bool visible = scene_.occupancy().visible(applied.cells[i]);
+    if (visible == (applied.visibleBefore[i] != 0)) continue;
+    for (const uint32_t segment : index.segmentsOf(applied.cells[i]))
+      visibleSegments_[blockOf(index.tileOf(segment))] += visible ? 1u : ~0u;
+  }
+}
+
+void AnytimeRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& applied) {
+  Stopwatch clock;
+  followVisibility(applied);
+  const ExactImage::Reach reach = exact_.reachOf(applied);
+  const double samples = double(reach.touched) * samplesPerLatticeSample_;
+  const bool everything = double(reach.touched) >= kEverything * double(reach.visible);
+  if (everything && !fits({samples, samples * segmentsPerSample_})) {
+    exact_.note(applied);
+    unmarked_ = true;
+    statistics_.selectMs += clock.lap();
+    refineEverything();
+  } else {
+    if (unmarked_) exact_.mark();  // earlier steps' apart from this one's
+    unmarked_ = false;
+    exact_.note(applied);
+    statistics_.segmentsDirty = exact_.mark();
+    statistics_.selectMs += clock.lap();
+    refineTouched();
+  }
+  statistics_.segmentsTotal = exact_.caster().index()->segmentCount();
+  statistics_.cacheBytes = exact_.cacheBytes();
+}
+
+bool AnytimeRenderer::fits(CastWork exact) {
+  return meter_.cost(exact) <= kExactShare * meter_.remaining();
+}
+
+BlockSet AnytimeRenderer::visibleBlocks() const {
+  BlockSet visible(image_.width, image_.height);
+  for (size_t b = 0; b < visible.size(); ++b) visible.set(b, visibleSegments_[b] > 0);
+  return visible;
+}
+
+void AnytimeRenderer::refineEverything() {
+  const BlockSet visible = visibleBlocks();
+  BlockSet live = visible;
+  for (size_t b = 0; b < live.size(); ++b)
+    if (shown_.contains(b)) live.set(b, true);
+  refine(live, live);
+  shown_ = visible;
+}
+
+// Exactly, if what this step touched fits the budget; else what is left of it is refined.
+void AnytimeRenderer::refineTouched() {
+  if (lastModelled_ < 0) lastModelled_ = modelledError();
+  std::vector<uint32_t> touched;
+  CastWork work;
+  for (const uint32_t tile : exact_.staleTiles()) {
+    shown_.set(blockOf(tile), true);
+    if (!exact_.touched(tile)) continue;
+    touched.push_back(tile);
+    work += exactWork(tile);
+  }
+  const size_t done = fits(work) ? castExactly(touched) : 0;
+  if (done == touched.size()) {
+    payOwed();
+    restoreExact();
+    return reportOwed();
+  }
+  BlockSet live(image_.width, image_.height);
+  for (size_t i = done; i < touched.size(); ++i) live.set(blockOf(touched[i]), true);
+  BlockSet uncertain(image_.width, image_.height);
+  for (const uint32_t tile : exact_.staleTiles()) uncertain.set(blockOf(tile), true);
+  refine(live, uncertain);
+  restoreExact();
+}
+
+void AnytimeRenderer::refine(const BlockSet& live, const BlockSet& uncertain) {
+  for (size_t b = 0; b < live.size(); ++b) approximated_[b] |= uint8_t(live.contains(b));
+  refinement_.refine(live, uncertain, statistics_);
+  if (!statistics_.error) return reportOwed();
+  lastMeasured_ = *statistics_.error;
+  lastModelled_ = -1;  // found when a later frame asks for it
+}
+
+// Tiles that are exact but were refined together with their neighbours: their exact pixels once more.
+void AnytimeRenderer::restoreExact() {
+  std::vector<uint32_t> tiles;
+  for (size_t b = 0; b < approximated_.size(); ++b) {
+    if (!approximated_[b]) continue;
+    approximated_[b] = 0;
+    forTiles(b, [&](uint32_t tile) {
+      if (exact_.stale(tile))
+        approximated_[b] = 1;
+      else
+        tiles.push_back(tile);
+    });
+  }
+  exact_.show(tiles);
+  for (const uint32_t tile : tiles) refinement_.takeExactTile(int(tile));
+}
+
+CastWork AnytimeRenderer::exactWork(uint32_t tile) const {
+  const double samples = double(exact_.latticeSamples(tile)) * samplesPerLatticeSample_;
+  return {samples, samples * segmentsPerSample_};
+}
+
+// Casts tiles in their order, in batches of at most half of what is left of the budget. Returns how many.
+size_t AnytimeRenderer::castExactly(std::span<const uint32_t> tiles) {
+  size_t done = 0;
+  while (done < tiles.size()) {
+    const double left = meter_.remaining();
+    size_t end = done;
+    for (double cost = 0; end < tiles.size(); ++end) {
+      cost += meter_.cost(exactWork(tiles[end]));
+      if (cost > left || (cost > left / 2 && end >= done + kFewestTiles)) break;
+    }
+    if (end == done) break;
+    const auto batch = tiles.subspan(done, end - done);
+    const FrameStatistics before = statistics_;
+    meter_.beginCasting();
+    exact_.cast(batch, statistics_);
+    meter_.endCasting({double(statistics_.samples - before.samples),
+                       double(statistics_.segmentsRecast - before.segmentsRecast)});
+    for (const uint32_t tile : batch) refinement_.takeExactTile(int(tile));
+    done = end;
+  }
+  return done;
+}
+
+// What an earlier frame refined instead of casting it exactly, the worst first.
+void AnytimeRenderer::payOwed() {
+  BlockQueue<uint32_t> queue;
+  for (const uint32_t tile : exact_.staleTiles()) {
+    const double cost = std::max(meter_.cost(exactWork(tile)), 1e-9);
+    queue.push(float(refinement_.expectedError(blockOf(tile)) / cost), tile);
+  }
+  std::vector<uint32_t> tiles;
+  while (!queue.empty()) tiles.push_back(queue.pop());
+  castExactly(tiles);
+}
+
+double AnytimeRenderer::modelledError() const {
+  double sum = 0;
+  for (size_t b = 0; b < visibleSegments_.size(); ++b) {
+    if (visibleSegments_[b] == 0) continue;
+    forTiles(b, [&](uint32_t tile) {
+      if (unmarked_ || exact_.stale(tile)) sum += refinement_.expectedError(b) * kLanes;
+    });
+  }
+  return sum;
+}
+
+// Without rays drawn in this frame: the last measured error, changed as the model says.
+void AnytimeRenderer::reportOwed() {
+  if (!unmarked_ && exact_.staleTiles().empty()) {
+    statistics_.error = ErrorEstimate{};
+    return;
+  }
+  if (lastModelled_ <= 0) return;
+  const double factor = std::sqrt(modelledError() / lastModelled_);
+  statistics_.error =
+      ErrorEstimate{lastMeasured_.rmse * factor, lastMeasured_.low * factor, lastMeasured_.high * factor};
+}
+
+Image AnytimeRenderer::aov(Aov kind) const {
+  Image values(image_.width, image_.height, 1);
+  const int tilesX = exact_.caster().view().tilesX();
+  for (int y = 0; y < values.height; ++y)
+    for (int x = 0; x < values.width; ++x) {
+      const auto tile = uint32_t(y / kTileEdge * tilesX + x / kTileEdge);
+      const bool exact = !unmarked_ && !exact_.stale(tile);
+      const size_t block = blockOf(tile);
+      const bool blank = visibleSegments_[block] == 0;
+      float& value = *values.pixel(x, y);
+      if (kind == Aov::error)
+        value = exact || blank ? 0 : float(std::sqrt(refinement_.expectedError(block) / 4));
+      else if (kind == Aov::level)
+        value = exact || blank ? 1 : float(refinement_.strideOf(block));
+      else if (kind == Aov::age)
+        value = exact || blank ? 0 : float(refinement_.age(x, y));
+    }
+  return values;
+}
+
+uint64_t AnytimeRenderer::memoryBytes() const {
+  return scene_.volume().memoryBytes() + exact_.memoryBytes() + refinement_.memoryBytes();
+}
+
+}  // namespace kairos

@@ -1,0 +1,47 @@
+// The snippets of docs/api.md that need a budget (see tests/diff/api_test.cpp).
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <optional>
+
+#include "jet_sequence.h"
+
+namespace kairos::test {
+namespace {
+
+TEST(Api, ABudgetForEveryFrame) {
+  const Lattice lattice = jet1(30).lattice;
+  const RenderSettings settings = jetSettings(softTransferFunction(ElementType::u8));
+  const int steps = 3;
+  std::vector<uint8_t> array;
+  const auto simulate = [&](int step) {
+    array.clear();
+    const Field field = jet1(30 + step).field;
+    const Vec3i dims = lattice.domain.size();
+    for (int z = 0; z < dims.z; ++z)
+      for (int y = 0; y < dims.y; ++y)
+        for (int x = 0; x < dims.x; ++x)
+          array.push_back(uint8_t(field.value(lattice.domain.lo + Vec3i{x, y, z})));
+    return array.data();
+  };
+  std::vector<ErrorEstimate> reported;
+  const auto show = [](const Image&) {};
+  const auto report = [&](const ErrorEstimate& error) { reported.push_back(error); };
+
+  // clang-format off
+RendererOptions options;
+options.method = Method::anytime;
+options.budget = Budget::framesPerSecond(50);  // or Budget::time(20), in ms, or Budget::ofSamples(2000000)
+const std::unique_ptr<FrameRenderer> renderer = makeRenderer(lattice, settings, options);
+for (int step = 0; step < steps; ++step) {
+  show(renderer->render(simulate(step)));
+  if (const std::optional<ErrorEstimate>& error = renderer->statistics().error) report(*error);
+}
+  // clang-format on
+
+  ASSERT_EQ(reported.size(), size_t(steps));
+  EXPECT_EQ(reported[0].high, 0);
+}
+
+}  // namespace
+}  // namespace kairos::test
