@@ -27,5 +27,7 @@ void addInfoCommand(CLI::App& root, CommandContext& context);
 void addRenderCommand(CLI::App& root, CommandContext& context);
 void addCompareCommand(CLI::App& root, CommandContext& context);
 void addBenchCommand(CLI::App& root, CommandContext& context);
+/// Only where the program was built with OpenGL (KAIROS_LOD).
+void addLodCommand(CLI::App& root, CommandContext& context);
 
 }  // namespace kairos

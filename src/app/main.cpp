@@ -194,6 +194,9 @@ int runProgram(int argc, char** argv) {
   addRenderCommand(root, context);
   addCompareCommand(root, context);
   addBenchCommand(root, context);
+#ifdef KAIROS_LOD
+  addLodCommand(root, context);
+#endif
   for (CLI::App* command : root.get_subcommands([](CLI::App*) { return true; })) command->group("Commands");
   const bool option = argc > 1 && argv[1][0] == '-';
   if (argc < 2 || (!option && !isCommand(root, argv[1])))

@@ -200,7 +200,8 @@ std::string fileText(const char* path) {
 
 TEST(Documentation, ShowsTheCodeOfTheseTests) {
   const std::string document = fileText("/docs/api.md"),
-                    tests = fileText("/tests/diff/api_test.cpp") + fileText("/tests/tcdvrm/api_test.cpp");
+                    tests = fileText("/tests/diff/api_test.cpp") + fileText("/tests/tcdvrm/api_test.cpp") +
+                            fileText("/tests/lod/api_test.cpp");
   const std::string fence = "```cpp\n";
   int snippets = 0;
   for (size_t at = document.find(fence); at != std::string::npos; at = document.find(fence, at)) {

@@ -1,0 +1,113 @@
+#include "lod/boundary_copy.h"
+
+#include <algorithm>
+
+namespace kairos {
+namespace {
+
+class BoundaryValues {
+ public:
+  BoundaryValues(const ScalarPyramid& pyramid, const Subdivision& subdivision, const SubvolumeLevels& levels)
+      : pyramid_(pyramid), subdivision_(subdivision), levels_(levels) {}
+
+  // The coarsest level among the subvolumes that a vertex of level 0 belongs to.
+  int coarsestAt(const Vec3i& v) const {
+    const Vec3i last = pyramid_.cells() - Vec3i{1, 1, 1};
+    int coarsest = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3i cell{v.x - (corner & 1), v.y - (corner >> 1 & 1), v.z - (corner >> 2)};
+      const Vec3i inside = componentMax({0, 0, 0}, componentMin(cell, last));
+      coarsest = std::max(coarsest, int(levels_[subdivision_.at(inside)]));
+    }
+    return coarsest;
+  }
+
+  // The value at vertex `v` (counted in level 0) of a subvolume of this level.
+  double value(const Vec3i& v, int level) const {
+    const int coarsest = coarsestAt(v);
+    if (coarsest <= level) return pyramid_.value(level, {v.x >> level, v.y >> level, v.z >> level});
+    return interpolated(v, coarsest);
+  }
+
+ private:
+  double interpolated(const Vec3i& v, int level) const {
+    const int spacing = 1 << level;
+    double weights[3][2];
+    Vec3i low;
+    for (int a = 0; a < 3; ++a) {
+      low[a] = floorToMultiple(v[a], spacing);
+      weights[a][1] = double(v[a] - low[a]) / spacing;
+      weights[a][0] = 1 - weights[a][1];
+    }
+    double sum = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+      const double weight = weights[0][x] * weights[1][y] * weights[2][z];
+      if (weight > 0) sum += weight * value(low + Vec3i{x * spacing, y * spacing, z * spacing}, level);
+    }
+    return sum;
+  }
+
+  const ScalarPyramid& pyramid_;
+  const Subdivision& subdivision_;
+  const SubvolumeLevels& levels_;
+};
+
+void crop(const ScalarPyramid& pyramid, int level, const VoxelBox& box, std::vector<float>& texels) {
+  const Vec3i n = pyramid.vertices(level), size = box.size();
+  const std::vector<float>& values = pyramid.values(level);
+  texels.resize(size_t(box.voxelCount()));
+  auto to = texels.begin();
+  for (int z = box.lo.z; z < box.hi.z; ++z)
+    for (int y = box.lo.y; y < box.hi.y; ++y)
+      to = std::copy_n(values.begin() + (int64_t(z) * n.y + y) * n.x + box.lo.x, size.x, to);
+}
+
+bool hasCoarserNeighbour(const Subdivision& subdivision, const SubvolumeLevels& levels, uint32_t i) {
+  const auto& neighbours = subdivision.neighbours(i);
+  return std::any_of(neighbours.begin(), neighbours.end(), [&](uint32_t j) { return levels[j] > levels[i]; });
+}
+
+// Neighbours coarser than subvolume i, and what is coarser than these in turn.
+void collectCoarser(const Subdivision& subdivision, const SubvolumeLevels& levels, uint32_t i,
+                    std::vector<uint32_t>& found) {
+  for (const uint32_t j : subdivision.neighbours(i))
+    if (levels[j] > levels[i] && std::find(found.begin(), found.end(), j) == found.end()) {
+      found.push_back(j);
+      collectCoarser(subdivision, levels, j, found);
+    }
+}
+
+}  // namespace
+
+void copyTexels(const ScalarPyramid& pyramid, const Subdivision& subdivision, const SubvolumeLevels& levels,
+                uint32_t i, std::vector<float>& texels) {
+  const Subvolume& s = subdivision.subvolumes()[i];
+  const int level = levels[i];
+  const Vec3i first = s.firstVertex(level), size = s.vertices(level), last = size - Vec3i{1, 1, 1};
+  crop(pyramid, level, {first, first + size}, texels);
+  if (!hasCoarserNeighbour(subdivision, levels, i)) return;
+  const BoundaryValues boundary(pyramid, subdivision, levels);
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y) {
+      const bool face = z == 0 || z == last.z || y == 0 || y == last.y;
+      for (int x = 0; x < size.x; x += face ? 1 : last.x) {
+        const Vec3i v{(first.x + x) << level, (first.y + y) << level, (first.z + z) << level};
+        if (boundary.coarsestAt(v) > level)
+          texels[size_t((z * size.y + y) * size.x + x)] = float(boundary.value(v, level));
+      }
+    }
+}
+
+uint64_t boundarySignature(const Subdivision& subdivision, const SubvolumeLevels& levels, uint32_t i) {
+  if (!hasCoarserNeighbour(subdivision, levels, i)) return 0;
+  std::vector<uint32_t> coarser;
+  collectCoarser(subdivision, levels, i, coarser);
+  std::sort(coarser.begin(), coarser.end());
+  uint64_t hash = 14695981039346656037ull;  // FNV-1a
+  for (const uint32_t j : coarser)
+    for (const uint64_t part : {uint64_t(j), uint64_t(levels[j])}) hash = (hash ^ part) * 1099511628211ull;
+  return hash;
+}
+
+}  // namespace kairos
