@@ -65,8 +65,10 @@ const bool registered = [] {
       };
       add("full", Kernel::fastest, Isa::automatic);
       add("fast", Kernel::fastest, Isa::automatic, Precision::fast);
-      for (Isa isa : supportedIsas())
+      for (Isa isa : supportedIsas()) {
+        if (isa != bestIsa()) add((std::string("full_") + name(isa)).c_str(), Kernel::fastest, isa);
         add((std::string("general_") + name(isa)).c_str(), Kernel::general, isa);
+      }
     }
   return true;
 }();

@@ -234,14 +234,10 @@ class Accumulator {
 
   template <bool kAllActive>
   HWY_INLINE void sample(int32_t k, TileCounters& counters) {
-    const VF n = set(float(k));
-    const Position local{hn::MulAdd(n, delta_.x, start_.x), hn::MulAdd(n, delta_.y, start_.y),
-                         hn::MulAdd(n, delta_.z, start_.z)};
     const float margin = kExtras && scene_.shade ? 1.0f : 0.0f;
-    const Sampler<T, kFilter> sampler(brick_, local, margin);
+    const Sampler<T, kFilter> sampler(brick_, local(k), margin);
     const VF value = sampler.at(0);
-    const VI at = hn::Set(DI(), k);
-    const auto active = hn::RebindMask(DF(), hn::AndNot(hn::Lt(at, first_), hn::Lt(at, last_)));
+    const MF active = activeAt(k);
     counters.samples += kAllActive ? kPart : hn::CountTrue(DF(), active);
     if constexpr (kMode == RenderMode::mip) {
       red_ = hn::Max(red_, kAllActive ? value : hn::IfThenElse(active, value, set(-HUGE_VALF)));
@@ -249,9 +245,7 @@ class Accumulator {
       const VF excess = hn::Sub(value, set(scene_.background));
       red_ = hn::Add(red_, kAllActive ? excess : hn::IfThenElseZero(active, excess));
     } else {
-      const MF nothing =
-          hn::Or(hn::Lt(value, set(scene_.firstVisible)), hn::Gt(value, set(scene_.lastVisible)));
-      if (hn::AllTrue(DF(), nothing)) return;
+      if (invisible(value)) return;
       Colour c = classify(scene_, value);
       if constexpr (!kAllActive) {
         c.r = hn::IfThenElseZero(active, c.r);
@@ -262,6 +256,23 @@ class Accumulator {
       if constexpr (kExtras) lightAndMeasure(sampler, k, c, counters);
       composite(c);
     }
+  }
+
+  // The same for plain dvr, with the samples' values at hand.
+  HWY_INLINE void add(VF value, int32_t k, TileCounters& counters) {
+    const MF active = activeAt(k);
+    counters.samples += hn::CountTrue(DF(), active);
+    if (invisible(value)) return;
+    const Colour c = classify(scene_, value);
+    composite({hn::IfThenElseZero(active, c.r), hn::IfThenElseZero(active, c.g),
+               hn::IfThenElseZero(active, c.b), hn::IfThenElseZero(active, c.a)});
+  }
+
+  // Positions of sample k relative to the brick.
+  HWY_INLINE Position local(int32_t k) const {
+    const VF n = set(float(k));
+    return {hn::MulAdd(n, delta_.x, start_.x), hn::MulAdd(n, delta_.y, start_.y),
+            hn::MulAdd(n, delta_.z, start_.z)};
   }
 
   HWY_INLINE void store(float* out, int channels) const {
@@ -275,6 +286,15 @@ class Accumulator {
   }
 
  private:
+  HWY_INLINE MF activeAt(int32_t k) const {
+    const VI at = hn::Set(DI(), k);
+    return hn::RebindMask(DF(), hn::AndNot(hn::Lt(at, first_), hn::Lt(at, last_)));
+  }
+  HWY_INLINE bool invisible(VF value) const {
+    return hn::AllTrue(
+        DF(), hn::Or(hn::Lt(value, set(scene_.firstVisible)), hn::Gt(value, set(scene_.lastVisible))));
+  }
+
   HWY_INLINE void lightAndMeasure(const Sampler<T, kFilter>& sampler, int32_t k, Colour& c,
                                   TileCounters& counters) {
     if (hn::AllTrue(DF(), hn::Eq(c.a, hn::Zero(DF())))) return;
@@ -408,36 +428,6 @@ void castTile(const KernelScene& scene, const TileTask& task, TileCounters& coun
     }
     ++counters.segmentsComposited;
     if (addPartial<kMode>(scene, partial, task.pixels, channels)) break;
-  }
-}
-
-template <class T, Filter kFilter>
-TileKernel selectMode(const KernelScene& scene) {
-  switch (scene.mode) {
-    case RenderMode::mip:
-      return &castTile<GeneralIntegrator<T, kFilter, RenderMode::mip, false>>;
-    case RenderMode::average:
-      return &castTile<GeneralIntegrator<T, kFilter, RenderMode::average, false>>;
-    default:
-      return scene.shade || scene.depth ? &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, true>>
-                                        : &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, false>>;
-  }
-}
-
-template <class T>
-TileKernel selectFilter(const KernelScene& scene) {
-  return scene.filter == Filter::trilinear ? selectMode<T, Filter::trilinear>(scene)
-                                           : selectMode<T, Filter::nearest>(scene);
-}
-
-TileKernel selectGeneral(const KernelScene& scene) {
-  switch (scene.type) {
-    case ElementType::u8:
-      return selectFilter<uint8_t>(scene);
-    case ElementType::u16:
-      return selectFilter<uint16_t>(scene);
-    default:
-      return selectFilter<float>(scene);
   }
 }
 

@@ -12,6 +12,48 @@
 
 #include "raycast/kernel_general-inl.h"
 
+#if HWY_TARGET != HWY_SCALAR
+
+HWY_BEFORE_NAMESPACE();
+namespace kairos {
+namespace HWY_NAMESPACE {
+
+template <class T, Filter kFilter>
+TileKernel selectMode(const KernelScene& scene) {
+  switch (scene.mode) {
+    case RenderMode::mip:
+      return &castTile<GeneralIntegrator<T, kFilter, RenderMode::mip, false>>;
+    case RenderMode::average:
+      return &castTile<GeneralIntegrator<T, kFilter, RenderMode::average, false>>;
+    default:
+      return scene.shade || scene.depth ? &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, true>>
+                                        : &castTile<GeneralIntegrator<T, kFilter, RenderMode::dvr, false>>;
+  }
+}
+
+template <class T>
+TileKernel selectFilter(const KernelScene& scene) {
+  return scene.filter == Filter::trilinear ? selectMode<T, Filter::trilinear>(scene)
+                                           : selectMode<T, Filter::nearest>(scene);
+}
+
+TileKernel selectGeneral(const KernelScene& scene) {
+  switch (scene.type) {
+    case ElementType::u8:
+      return selectFilter<uint8_t>(scene);
+    case ElementType::u16:
+      return selectFilter<uint16_t>(scene);
+    default:
+      return selectFilter<float>(scene);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kairos
+HWY_AFTER_NAMESPACE();
+
+#endif  // HWY_TARGET
+
 #if HWY_ONCE
 
 #include <algorithm>

@@ -92,16 +92,6 @@ HWY_INLINE void marchPacket(const KernelScene& scene, const TileRays& rays, cons
   colours.store(partial);
 }
 
-// Widest spread of the packet's lanes within a segment, per axis, in voxels.
-HWY_INLINE Vec3f spreadWithin(const TileRays& rays, const Segment& segment) {
-  Vec3f spread;
-  for (int a = 0; a < 3; ++a)
-    spread[a] = float(rays.spread[a] + (segment.kEnd - 0.5) * rays.spreadDelta[a]) + 2e-3f;
-  return spread;
-}
-
-constexpr float kNarrow = 2;  // voxels a packet may spread over for its footprints to fit four voxels
-
 // The samplers of one element type and precision, by which axes the packet is narrow along.
 template <class T, bool kFast>
 struct Blocks;
@@ -176,8 +166,6 @@ TileKernel selectPrecision(const KernelScene& scene) {
 }
 
 TileKernel selectPacket(const KernelScene& scene) {
-  if (scene.mode != RenderMode::dvr || scene.filter != Filter::trilinear || scene.shade || scene.depth)
-    return nullptr;
   switch (scene.type) {
     case ElementType::u8:
       return selectPrecision<uint8_t>(scene);

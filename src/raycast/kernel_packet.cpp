@@ -1,11 +1,12 @@
-// The packet kernel: a 4x4 packet's whole neighbourhood in registers, where its rays lie close enough
-// together. AVX-512 with VBMI (Ice Lake, Zen 4 and later); elsewhere the general kernel does all.
+// The packet kernels: a 4x4 packet's whole neighbourhood in registers, where its rays lie close enough
+// together; elsewhere the general kernel. With VBMI (Ice Lake, Zen 4 and later) for all element types, with
+// 16-byte shuffles for u8 and u16.
 #include "raycast/tile_kernel.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raycast/kernel_packet.cpp"
 #define HWY_WANT_AVX3_DL 1
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX2 | HWY_AVX3)
+#define HWY_DISABLED_TARGETS HWY_SSSE3
 #include <hwy/foreach_target.h>
 // foreach_target comes first by Highway's rules
 #include <hwy/highway.h>
@@ -20,16 +21,46 @@
 #endif
 
 #include "raycast/kernel_packet-inl.h"
+#include "raycast/kernel_shuffle-inl.h"
 
 #if HWY_ONCE
 
 namespace kairos {
+namespace {
+
+using Selector = TileKernel (*)(const KernelScene&);
+
+struct CompiledTarget {
+  Isa isa;
+  int64_t bit;
+  Selector select;
+};
+
+// Best first.
+constexpr CompiledTarget kTargets[] = {
+#if HWY_TARGETS & HWY_AVX3_DL
+    {Isa::avx512, HWY_AVX3_DL, &N_AVX3_DL::selectPacket},
+#endif
+#if HWY_TARGETS & HWY_AVX3
+    {Isa::avx512, HWY_AVX3, &N_AVX3::selectShuffle},
+#endif
+#if HWY_TARGETS & HWY_AVX2
+    {Isa::avx2, HWY_AVX2, &N_AVX2::selectShuffle},
+#endif
+#if HWY_TARGETS & HWY_SSE4
+    {Isa::sse4, HWY_SSE4, &N_SSE4::selectShuffle},
+#endif
+    {Isa::scalar, 0, nullptr},
+};
+
+}  // namespace
 
 TileKernel packetKernel(const KernelScene& scene, Isa isa) {
-#if HWY_TARGETS & HWY_AVX3_DL
-  if ((isa == Isa::automatic || isa == Isa::avx512) && (hwy::SupportedTargets() & HWY_AVX3_DL) != 0)
-    return N_AVX3_DL::selectPacket(scene);
-#endif
+  if (scene.mode != RenderMode::dvr || scene.filter != Filter::trilinear || scene.shade || scene.depth)
+    return nullptr;
+  const int64_t here = hwy::SupportedTargets();
+  for (const CompiledTarget& target : kTargets)
+    if ((target.bit & here) != 0 && (isa == Isa::automatic || isa == target.isa)) return target.select(scene);
   return nullptr;
 }
 

@@ -76,6 +76,16 @@ HWY_INLINE void placeSegment(const KernelScene& scene, const TileRays& rays, con
   g.allTo = latest < shortest ? shortest : longest;
 }
 
+// Widest spread of the packet's lanes within a segment, per axis, in voxels.
+HWY_INLINE Vec3f spreadWithin(const TileRays& rays, const Segment& segment) {
+  Vec3f spread;
+  for (int a = 0; a < 3; ++a)
+    spread[a] = float(rays.spread[a] + (segment.kEnd - 0.5) * rays.spreadDelta[a]) + 2e-3f;
+  return spread;
+}
+
+constexpr float kNarrow = 2;  // voxels a packet may spread over for its footprints to fit four voxels
+
 // The low corner of a packet's footprints along a segment, and whether anything it can read is visible there.
 class WindowWalk {
  public:

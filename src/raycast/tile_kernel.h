@@ -77,8 +77,8 @@ using TileKernel = void (*)(const KernelScene&, const TileTask&, TileCounters&);
 TileKernel generalKernel(const KernelScene& scene, Isa isa);
 
 /// The packet kernel: a packet's neighbourhood held in registers; takes the general kernel for segments whose
-/// packet is spread too wide. Null where this machine, the instruction set asked for, or the scene (filter,
-/// mode, shading) has none.
+/// packet is spread too wide. Null where this machine, the instruction set asked for, or the scene (element
+/// type, filter, mode, shading) has none.
 TileKernel packetKernel(const KernelScene& scene, Isa isa);
 
 /// The fastest kernel for the scene: the packet kernel where there is one, else the general one.

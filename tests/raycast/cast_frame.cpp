@@ -1,5 +1,7 @@
 #include "raycast/cast_frame.h"
 
+#include <hwy/targets.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -62,10 +64,24 @@ std::vector<int> Caster::sampleCounts() const {
   return counts;
 }
 
+namespace {
+
+const char* packetName(Isa isa) {
+  return isa == Isa::avx512 ? "packet avx512" : isa == Isa::avx2 ? "packet avx2" : "packet sse4";
+}
+
+}  // namespace
+
 std::vector<NamedKernel> Caster::kernels() const {
   std::vector<NamedKernel> all;
-  if (const TileKernel packet = packetKernel(kernelScene_, Isa::automatic)) all.push_back({"packet", packet});
   std::vector<Isa> isas = supportedIsas();
+  for (Isa isa : isas)
+    if (const TileKernel packet = packetKernel(kernelScene_, isa)) all.push_back({packetName(isa), packet});
+  // What a machine without VBMI would run.
+  hwy::SetSupportedTargetsForTest(hwy::SupportedTargets() & ~HWY_AVX3_DL);
+  if (const TileKernel packet = packetKernel(kernelScene_, Isa::avx512))
+    all.push_back({"packet avx512 without VBMI", packet});
+  hwy::SetSupportedTargetsForTest(0);
   isas.push_back(Isa::scalar);
   for (Isa isa : isas) all.push_back({kairos::name(isa), generalKernel(kernelScene_, isa)});
   return all;
