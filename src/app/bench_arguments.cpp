@@ -66,7 +66,8 @@ void BenchArguments::addTo(CLI::App& command) {
     return command.add_option(option, value, help)->group("Sweep")->option_text(placeholder);
   };
   add("--methods", "NAMES", words_.methods,
-      "of full, segments, dvrm, tldvrm, tcdvrm, tiles, lowres and anytime;\nfull always runs [all]");
+      "of full, segments, dvrm, tldvrm, tcdvrm, tiles, lowres and anytime;\nfull always runs [all "
+      "that take these settings]");
   add("--budgets", "LIST", words_.budgets,
       "for methods that take one: shares of a full frame's median time (10%),\ntimes (40ms), rates (25fps), "
       "samples:N or unlimited [5%,10%,25%,50%]");
@@ -77,6 +78,9 @@ void BenchArguments::addTo(CLI::App& command) {
   add("--seed", "N", words_.seed, "of whatever is drawn at random [0]");
   add("--cache-memory", "SIZE", words_.cacheMemory,
       "most memory for reusable ray segments, with KiB, MiB or GiB [2GiB]");
+  add("--projection", "NAME", words_.projection,
+      "dvrm, tldvrm, tcdvrm: the pixels that a changed voxel influences: those of\nthe paper (paper), or "
+      "every one whose colour it can alter (conservative)\n[conservative]");
   add("--frames", "A-B", framesText, "time steps to render: A-B, A- or -B [all]");
   const char* const kOutput = "Output";
   command.add_option("-o,--output", output, "directory of the report; made if needed (required)")
@@ -110,6 +114,7 @@ void BenchArguments::interpretMethods() {
   std::vector<std::string> names;
   for (const Method method : kMethods) names.push_back(name(method));
   std::vector<Method> methods(std::begin(kMethods), std::end(kMethods));
+  methodsNamed = !words_.methods.empty();
   if (!words_.methods.empty()) {
     methods.clear();
     for (const std::string& word : commaSeparated(words_.methods))
@@ -142,6 +147,9 @@ void BenchArguments::interpretSweep() {
     plan.repeats = int(integerOption("--repeat", w.repeat, 1, 1000, "a whole number from 1 to 1000"));
   if (!w.seed.empty())
     plan.seed = uint64_t(integerOption("--seed", w.seed, 0, INT64_MAX, "a whole number of at least 0"));
+  if (!w.projection.empty())
+    plan.projection.mode =
+        ProjectionMode(choiceOption("--projection", w.projection, {"paper", "conservative"}));
   plan.cacheMemory = w.cacheMemory.empty() ? kDefaultCache : bytesOption("--cache-memory", w.cacheMemory);
 }
 

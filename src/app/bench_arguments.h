@@ -29,13 +29,14 @@ class BenchArguments {
   std::string output;  // directory
   StepRange frames;    // all by default
   std::string framesText;
+  bool methodsNamed = false;
   SweepPlan plan;        // sample distances are empty where the view's own is meant
   bool pictures = true;  // false: none; true without steps in the plan: the middle one
   bool quiet = false;
 
  private:
   struct Words {
-    std::string methods, budgets, steps, threads, repeat, pictures, seed, cacheMemory;
+    std::string methods, budgets, steps, threads, repeat, pictures, seed, cacheMemory, projection;
   };
 
   void interpretMethods();

@@ -18,6 +18,7 @@ using plot::Scale;
 using plot::Series;
 
 constexpr double kExact = std::numeric_limits<double>::infinity();  // PSNR of equal images
+constexpr double kHighestPsnr = 100;  // shown; no display or eye tells what lies above from exact
 
 Marker methodMarker(Method method) {
   switch (method) {
@@ -82,7 +83,8 @@ Scale stepScale(const BenchView& view) {
 Scale psnrScale(const std::vector<Series>& series) {
   const Extent y = extentOf(series, &Point::y);
   if (y.empty()) return Scale::linear(0, 100);
-  return Scale::linear(std::floor(y.lo / 10) * 10, y.hi + 4, 7);
+  return Scale::linear(std::min(std::floor(y.lo / 10) * 10, kHighestPsnr - 10),
+                       std::min(y.hi + 4, kHighestPsnr), 7);
 }
 
 Chart timeAxes(const BenchView& view, std::string title, std::vector<Series> series) {

@@ -21,6 +21,7 @@
 #include "core/error.h"
 #include "core/stopwatch.h"
 #include "io/atomic_file.h"
+#include "tcdvrm/renderer_factory.h"
 
 namespace kairos {
 namespace {
@@ -79,6 +80,21 @@ void choosePictures(const BenchArguments& arguments, const BenchSequence& sequen
                       std::to_string(sequence.steps.back()));
 }
 
+// Methods that cannot render with these settings are left out, unless they were named.
+void leaveOutUnfit(SweepPlan& plan, const Lattice& lattice, const RenderSettings& settings) {
+  std::erase_if(plan.methods, [&](Method method) {
+    RendererOptions options;
+    options.method = method;
+    options.threads = 1;
+    try {
+      makeRenderer(lattice, settings, options);
+      return false;
+    } catch (const OptionError&) {
+      return true;
+    }
+  });
+}
+
 std::string summaryLine(const BenchCase& c, const CaseSummary& s) {
   std::string line = formatted("%-24s %9.2f ms  ", caseName(c).c_str(), s.timeMs.median);
   line += std::isfinite(s.psnr) ? formatted("%6.2f dB", s.psnr) : "   exact";
@@ -118,6 +134,7 @@ void runBench(BenchArguments& arguments, CommandContext& context) {
   const RenderSettings settings = settingsOf(arguments, *source, context.stop);
   SweepPlan plan = arguments.plan;
   if (plan.sampleDistances.empty()) plan.sampleDistances = {settings.step};
+  if (!arguments.methodsNamed) leaveOutUnfit(plan, source->lattice(), settings);
 
   BenchReport report;
   report.sequence = sequenceOf(*source, selected);

@@ -100,7 +100,8 @@ std::string errorSection(const BenchView& view, const BenchGroup& group) {
   return section(
       "error" + group.idSuffix, "Error of each step",
       "PSNR against the exact frame of the same step (peak 1, all four linear channels, the whole image "
-      "with its background). Images that equal the exact one stand at the upper edge.",
+      "with its background). Images that equal the exact one stand at the upper edge, and so does what is "
+      "above 100 dB.",
       chartGrid(charts) + numbersHtml(errorTable(view, group)));
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "app/bench_influence.h"
 #include "app/error_map.h"
 #include "app/text_format.h"
 #include "core/error.h"
@@ -81,6 +82,7 @@ void Sweep::runCase(size_t benchCase, int repeat) {
   options.budget = c.budget;
   options.seed = plan_.seed + uint64_t(repeat);
   options.cacheMemory = plan_.cacheMemory;
+  options.projection = plan_.projection;
   const auto renderer = makeRenderer(source_.lattice(), settings_, options);
   if (!renderer->seesVolume()) throw OptionError("--view", "no ray of this view meets the volume");
   for (size_t index = first_; index <= last_; ++index) {
@@ -95,6 +97,8 @@ void Sweep::runCase(size_t benchCase, int repeat) {
     frame.loadMs = clock.lap();
     renderStep(*renderer, step, frame);
     judge(*renderer, index - first_, frame);
+    if (c.method == Method::tcdvrm && !frame.first && pictured(frame))
+      takeHistogram(*renderer, std::get<ChangedVoxels>(step.content), frame);
     report_->frames.push_back(frame);
     progress_(++done_, int64_t((last_ - first_ + 1) * report_->cases.size()) * plan_.repeats);
   }
@@ -128,6 +132,19 @@ void Sweep::takePicture(const Image& image, const Image& exact, const BenchFrame
   BenchPicture picture{frame.benchCase, frame.step, compareImages(image, exact), pngText(image), ""};
   if (picture.error.max > 0) picture.errorPng = pngText(errorMap(image, exact));
   report_->pictures.push_back(std::move(picture));
+}
+
+void Sweep::takeHistogram(const FrameRenderer& renderer, const ChangedVoxels& changes,
+                          const BenchFrame& frame) {
+  ThreadPool pool(report_->cases[frame.benchCase].threads);
+  BenchHistogram histogram =
+      influenceHistograms(VoxelProjection(settings_, source_.lattice(), plan_.projection), pool, changes,
+                          renderer.aov(FrameRenderer::Aov::influence));
+  histogram.benchCase = frame.benchCase;
+  histogram.step = frame.step;
+  histogram.voxelsChanged = frame.statistics.voxelsChanged;
+  histogram.voxelsSampled = frame.statistics.voxelsSampled;
+  report_->histograms.push_back(std::move(histogram));
 }
 
 void Sweep::noteChanges() {

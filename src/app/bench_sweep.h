@@ -30,6 +30,7 @@ struct SweepPlan {
   int repeats = 1;
   uint64_t seed = 0;  // of the first repeat; each further one has the next
   uint64_t cacheMemory = 0;
+  ProjectionRules projection;         // of dvrm, tldvrm and tcdvrm
   std::vector<int64_t> pictureSteps;  // of the first sample distance, threads and repeat
 };
 
@@ -54,6 +55,7 @@ class Sweep {
   void renderStep(FrameRenderer& renderer, const LoadedStep& step, BenchFrame& frame);
   void judge(const FrameRenderer& renderer, size_t index, BenchFrame& frame);
   void takePicture(const Image& image, const Image& exact, const BenchFrame& frame);
+  void takeHistogram(const FrameRenderer& renderer, const ChangedVoxels& changes, const BenchFrame& frame);
   void noteChanges();
   bool pictured(const BenchFrame& frame) const;
 

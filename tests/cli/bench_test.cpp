@@ -218,6 +218,53 @@ TEST_F(Bench, ChartsHaveAPointForEveryStep) {
   EXPECT_THAT(html, Not(HasSubstr("<title>time step 8\n")));
 }
 
+TEST_F(Bench, ComparesMethodsUnderEveryBudgetUnlessToldOtherwise) {
+  ASSERT_TRUE(ok(bench("report", {"--threads", "1"})));
+  const json j = report("report");
+  std::map<std::string, int> cases;
+  for (const json& c : j["cases"]) {
+    ++cases[c["method"]];
+    if (c["budget"].is_null()) continue;
+    const double share = std::stod(c["budget"].get<std::string>()) / 100;
+    EXPECT_NEAR(c["budget_ms"], share * j["cases"][0]["time_ms"]["median"].get<double>(), 1e-3);
+    EXPECT_EQ(c["conformity"]["frames"].get<int>() + c["conformity"]["early"].get<int>(), kSteps - 1);
+  }
+  EXPECT_EQ(cases["full"], 1);
+  EXPECT_EQ(cases["segments"], 1);
+  EXPECT_EQ(cases["tcdvrm"], 4) << "5, 10, 25 and 50 %";
+  EXPECT_THAT(page("report"), HasSubstr("id=\"conformity\""));
+}
+
+TEST_F(Bench, HistogramsCountEveryInfluencedPixelOnce_D20) {
+  // So few samples that some changed pixels stay as they were, and so many that none does.
+  ASSERT_TRUE(ok(bench("report", {"--methods", "tcdvrm", "--budgets", "samples:1500,unlimited", "--threads",
+                                  "2", "--pictures", "5"})));
+  const json j = report("report");
+  ASSERT_EQ(j["histograms"].size(), 2u);
+  const json &few = j["histograms"][0], &all = j["histograms"][1];
+  for (const json& h : {few, all}) {
+    uint64_t pixels = 0, changed = 0, cast = 0;
+    for (size_t n = 0; n < h["pixels_by_influence"].size(); ++n) {
+      const uint64_t count = h["pixels_by_influence"][n], of = h["cast_by_influence"][n];
+      EXPECT_LE(of, count) << "influence number " << n;
+      pixels += count;
+      changed += n ? count : 0;
+      cast += n ? of : 0;
+    }
+    EXPECT_EQ(pixels, 40u * 32u);
+    EXPECT_EQ(changed, h["pixels_changed"]);
+    EXPECT_EQ(cast, h["pixels_cast"]);
+    EXPECT_EQ(h["cast_by_influence"][0], 0) << "what nothing influences is not cast";
+  }
+  EXPECT_EQ(all["pixels_cast"], all["pixels_changed"]);
+  EXPECT_EQ(all["voxels_sampled"], all["voxels_changed"]);
+  EXPECT_EQ(few["pixels_by_influence"], all["pixels_by_influence"]);
+  EXPECT_GT(few["pixels_cast"], 0);
+  EXPECT_LT(few["pixels_cast"], few["pixels_changed"]);
+  EXPECT_LT(few["voxels_sampled_fraction"], 1.0);
+  EXPECT_THAT(page("report"), HasSubstr("id=\"influence\""));
+}
+
 TEST_F(Bench, ShowsThePicturesAskedFor) {
   ASSERT_TRUE(ok(bench("report", {"--methods", "segments", "--threads", "1", "--pictures", "4,6"})));
   const json j = report("report");
