@@ -22,6 +22,8 @@ double share(uint64_t part, uint64_t whole) {
 
 void addTo(FrameStatistics& sum, const FrameStatistics& frame) {
   sum.voxelsChanged += frame.voxelsChanged;
+  sum.voxelsSampled += frame.voxelsSampled;
+  sum.pixelsRecast += frame.pixelsRecast;
   sum.segmentsTotal += frame.segmentsTotal;
   sum.segmentsDirty += frame.segmentsDirty;
   sum.segmentsRecast += frame.segmentsRecast;
@@ -36,6 +38,7 @@ void addBudget(nlohmann::ordered_json& record, const RunDescription& run, const 
   record["render_ms"] = rounded(times.renderMs);
   if (run.budget.milliseconds > 0) record["budget_ms"] = run.budget.milliseconds;
   if (run.budget.samples > 0) record["budget_samples"] = run.budget.samples;
+  if (frame.predictedMs) record["predicted_ms"] = rounded(*frame.predictedMs);
   if (run.budget.limited()) record["budget_too_small"] = frame.budgetTooSmall;
   if (frame.error) {
     record["error_estimate"] = frame.error->rmse;
@@ -66,11 +69,13 @@ std::string frameRecord(int64_t step, const RunDescription& run, const FrameTime
                                 {"voxels_changed", frame.voxelsChanged},
                                 {"voxels_sampled", frame.voxelsSampled},
                                 {"pixels_changed", frame.pixelsChanged},
+                                {"pixels_influenced", frame.pixelsInfluenced},
                                 {"pixels_recast", frame.pixelsRecast},
                                 {"segments_total", frame.segmentsTotal},
                                 {"segments_dirty", frame.segmentsDirty},
                                 {"segments_recast", frame.segmentsRecast},
                                 {"samples", frame.samples},
+                                {"ray_points", frame.rayPoints},
                                 {"bricks_visible", frame.bricksVisible},
                                 {"bricks_skipped", frame.bricksSkipped},
                                 {"gradients", frame.gradients},
@@ -145,6 +150,19 @@ std::string RunSummary::budgetText(const RunDescription& run) const {
   return text;
 }
 
+// How the methods that project voxels fared after the first frame.
+std::string RunSummary::projectionText(const RunDescription& run) const {
+  if (!updates_.voxelsChanged) return "";
+  const uint64_t pixels = (frames_ - 1) * uint64_t(run.width) * uint64_t(run.height);
+  const std::string voxels =
+      run.method == "tldvrm"
+          ? countText(updates_.voxelsSampled, "voxel") + " for " +
+                countText(updates_.voxelsChanged, "changed one")
+          : percentText(share(updates_.voxelsSampled, updates_.voxelsChanged)) + " of the changed voxels";
+  return "after the first frame " + percentText(share(updates_.pixelsRecast, pixels)) +
+         " of the pixels were cast, chosen by projecting " + voxels + "\n";
+}
+
 std::string RunSummary::text(const RunDescription& run, size_t kept, double seconds,
                              uint64_t memoryBytes) const {
   std::string text = formatted(
@@ -163,8 +181,9 @@ std::string RunSummary::text(const RunDescription& run, size_t kept, double seco
           " of the brick grid: nothing there is visible under this transfer function\n";
   if (run.method == "segments" && updates_.segmentsTotal)
     text += "after the first frame " + percentText(share(updates_.segmentsRecast, updates_.segmentsTotal)) +
-            " of the ray segments were integrated; the rest shows nothing, or no voxel it reads changed.\n"
-            "Every frame has the same bits as a full render\n";
+            " of the ray segments were integrated; the rest shows nothing, or no voxel it reads changed\n";
+  if (run.method == "dvrm" || run.method == "tldvrm" || run.method == "tcdvrm") text += projectionText(run);
+  if (run.exact && run.method != "full") text += "Every frame has the same bits as a full render\n";
   text += "memory: " + byteText(double(memoryBytes)) + " for bricks, segment lists and reusable segments\n";
   return text;
 }

@@ -26,6 +26,7 @@ struct RunDescription {
   std::string method, isa;
   int threads = 1, width = 0, height = 0;
   Budget budget;
+  bool exact = true;  // every frame has the bits of a full render
 };
 
 /// One JSON object, without the line's end.
@@ -55,6 +56,7 @@ class RunSummary {
   size_t frames_ = 0;
   double totalMs_ = 0, longestMs_ = 0, castMs_ = 0;
   std::string budgetText(const RunDescription& run) const;
+  std::string projectionText(const RunDescription& run) const;
 
   FrameStatistics sum_, updates_;  // of all frames; of all but the first
   // Of all but the first, under a budget.

@@ -76,6 +76,7 @@ void RenderArguments::addMethodOptions(CLI::App& command) {
       "what a frame may cost, from its step to its image: 40ms, 25fps, or\nsamples:2e6, with which two runs "
       "give the same bits [none]");
   add("--seed", "N", words_.seed, "of what is drawn at random [0]");
+  published_.addTo(command);
   command.add_flag("--verify", verify, "render each frame exactly too, and report how far it was off")
       ->group("Method");
   add("--threads", "N", words_.threads, "threads that render, from 1 to 1024 [all processors]");
@@ -159,6 +160,7 @@ void RenderArguments::interpretBudget() {
         "--budget",
         std::string("--method ") + name(renderer.method) +
             " takes what an exact image takes, expected --method anytime, tcdvrm, tiles or lowres");
+  published_.interpret(renderer);
   if (!words_.seed.empty())
     renderer.seed =
         uint64_t(integerOption("--seed", words_.seed, 0, INT64_MAX, "a whole number of 0 or more"));

@@ -7,6 +7,7 @@
 
 #include "app/input_arguments.h"
 #include "app/option_values.h"
+#include "app/published_method_arguments.h"
 #include "app/view_arguments.h"
 #include "diff/frame_renderer.h"
 #include "io/image_file.h"
@@ -55,6 +56,7 @@ class RenderArguments {
   void interpretBudget();
   void interpretOutput();
 
+  PublishedMethodArguments published_;
   Words words_;
 };
 

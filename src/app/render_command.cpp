@@ -132,7 +132,8 @@ void RenderRun::defineImages() {
                   arguments_.renderer.threads,
                   settings_.width,
                   settings_.height,
-                  arguments_.renderer.budget};
+                  arguments_.renderer.budget,
+                  !budgeted(arguments_.renderer.method) && publishedMethodText(arguments_.renderer).empty()};
   const std::string storage =
       formatted("half %d compression %d", int(arguments_.exr.half), int(arguments_.exr.compression));
   std::string further = storage;
@@ -141,6 +142,7 @@ void RenderRun::defineImages() {
   if (budgeted(arguments_.renderer.method))
     further += formatted(" %s %s seed %llu", description_.method.c_str(), arguments_.budgetText.c_str(),
                          (unsigned long long)arguments_.renderer.seed);
+  further += publishedMethodText(arguments_.renderer);
   settingsHash_ = settingsFingerprint(settings_, source_->lattice(), further);
 }
 
