@@ -262,7 +262,7 @@ nlohmann::ordered_json LodRun::record(const LoadedStep& step, double updateMs) c
 }
 
 void LodRun::writeFrame(const LoadedStep& step, double updateMs) {
-  FrameToWrite frame{framePathOf(step.index), {}, renderer_->image(), {}, {}, {}};
+  FrameToWrite frame{framePathOf(step.index), {}, renderer_->image(), {}, {}, {}, {}};
   if (arguments_.png) frame.png = std::filesystem::path(frame.path).replace_extension(".png").string();
   frame.metadata = {{"comments", context_.commandLine},
                     {"kairos:version", std::string(KAIROS_VERSION)},

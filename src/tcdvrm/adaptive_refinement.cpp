@@ -334,6 +334,12 @@ double AdaptiveRefinement::modelledError(size_t block) const {
   }
 }
 
+double AdaptiveRefinement::exactSamples() const {
+  double samples = 0;
+  for (const uint32_t unit : units_) samples += unitWork_[unit].samples;
+  return samples * (kUnitBlocks * kUnitBlocks * kBlockPixels / kLanes);
+}
+
 void AdaptiveRefinement::takeExactTile(int tile) {
   const int tilesX = exactTiles_.view().tilesX();
   for (int lane = 0; lane < kLanes; ++lane) {

@@ -40,6 +40,10 @@ class AdaptiveRefinement {
   /// that is reported is over all of them.
   void refine(const BlockSet& live, const BlockSet& uncertain, FrameStatistics& statistics);
 
+  /// Samples that casting everything the last refinement was about would take, by what its packets of stride
+  /// 4 took.
+  double exactSamples() const;
+
   /// A tile of the image was made exact by somebody else.
   void takeExactTile(int tile);
 

@@ -16,6 +16,10 @@ constexpr double kEverything = 0.8;
 constexpr double kExactShare = 0.92;
 constexpr size_t kFewestTiles = 64;  // of a batch, where they fit
 
+// The first batch of a frame that is to become exact: small, since its cost is a guess until then.
+constexpr double kFirstBatch = 0.05;  // of the budget
+constexpr double kLearning = 0.7;     // of a new observation in the guess
+
 }  // namespace
 
 AnytimeRenderer::AnytimeRenderer(const Lattice& lattice, const RenderSettings& settings,
@@ -89,6 +93,7 @@ void AnytimeRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& 
     unmarked_ = true;
     statistics_.selectMs += clock.lap();
     refineEverything();
+    learnSamples(double(reach.visible), refinement_.exactSamples());
   } else {
     if (unmarked_) exact_.mark();  // earlier steps' apart from this one's
     unmarked_ = false;
@@ -131,7 +136,7 @@ void AnytimeRenderer::refineTouched() {
     touched.push_back(tile);
     work += exactWork(tile);
   }
-  const size_t done = fits(work) ? castExactly(touched) : 0;
+  const size_t done = fits(work) ? castExactly(touched, true) : 0;
   if (done == touched.size()) {
     payOwed();
     restoreExact();
@@ -148,7 +153,11 @@ void AnytimeRenderer::refineTouched() {
 void AnytimeRenderer::refine(const BlockSet& live, const BlockSet& uncertain) {
   for (size_t b = 0; b < live.size(); ++b) approximated_[b] |= uint8_t(live.contains(b));
   refinement_.refine(live, uncertain, statistics_);
-  if (!statistics_.error) return reportOwed();
+  if (!statistics_.error) {
+    // What a budget too small left from an earlier step has an error that nobody has seen.
+    if (!statistics_.budgetTooSmall) reportOwed();
+    return;
+  }
   lastMeasured_ = *statistics_.error;
   lastModelled_ = -1;  // found when a later frame asks for it
 }
@@ -175,25 +184,43 @@ CastWork AnytimeRenderer::exactWork(uint32_t tile) const {
   return {samples, samples * segmentsPerSample_};
 }
 
-// Casts tiles in their order, in batches of at most half of what is left of the budget. Returns how many.
-size_t AnytimeRenderer::castExactly(std::span<const uint32_t> tiles) {
+// How many of the lattice's samples are taken: the others lie in windows that show nothing, or behind opaque
+// ones.
+void AnytimeRenderer::learnSamples(double latticeSamples, double samples) {
+  if (latticeSamples > 0 && samples > 0)
+    samplesPerLatticeSample_ = std::lerp(samplesPerLatticeSample_, samples / latticeSamples, kLearning);
+}
+
+// Casts tiles in their order, in batches of at most half of what is left of the budget. Returns how many: all
+// that the budget allows or, where `whole`, none further once it turns out that not all will fit.
+size_t AnytimeRenderer::castExactly(std::span<const uint32_t> tiles, bool whole) {
   size_t done = 0;
   while (done < tiles.size()) {
     const double left = meter_.remaining();
+    const double share = whole && done == 0 ? kFirstBatch : 0.5;
     size_t end = done;
+    CastWork expected;
     for (double cost = 0; end < tiles.size(); ++end) {
-      cost += meter_.cost(exactWork(tiles[end]));
-      if (cost > left || (cost > left / 2 && end >= done + kFewestTiles)) break;
+      const CastWork work = exactWork(tiles[end]);
+      cost += meter_.cost(work);
+      if (cost > left || (cost > left * share && end >= done + kFewestTiles)) break;
+      expected += work;
     }
     if (end == done) break;
+    const double latticeSamples = expected.samples / std::max(samplesPerLatticeSample_, 1e-9);
     const auto batch = tiles.subspan(done, end - done);
     const FrameStatistics before = statistics_;
     meter_.beginCasting();
     exact_.cast(batch, statistics_);
     meter_.endCasting({double(statistics_.samples - before.samples),
                        double(statistics_.segmentsRecast - before.segmentsRecast)});
+    learnSamples(latticeSamples, double(statistics_.samples - before.samples));
     for (const uint32_t tile : batch) refinement_.takeExactTile(int(tile));
     done = end;
+    if (!whole) continue;
+    CastWork rest;
+    for (const uint32_t tile : tiles.subspan(done)) rest += exactWork(tile);
+    if (meter_.cost(rest) > meter_.remaining()) break;
   }
   return done;
 }
@@ -207,7 +234,7 @@ void AnytimeRenderer::payOwed() {
   }
   std::vector<uint32_t> tiles;
   while (!queue.empty()) tiles.push_back(queue.pop());
-  castExactly(tiles);
+  castExactly(tiles, false);
 }
 
 double AnytimeRenderer::modelledError() const {

@@ -38,7 +38,8 @@ class AnytimeRenderer : public FrameRenderer {
   void refineEverything();
   void refineTouched();
   void refine(const BlockSet& live, const BlockSet& uncertain);
-  size_t castExactly(std::span<const uint32_t> tiles);
+  size_t castExactly(std::span<const uint32_t> tiles, bool whole);
+  void learnSamples(double latticeSamples, double samples);
   template <class Body>
   void forTiles(size_t block, Body&& body) const;
   BlockSet visibleBlocks() const;
