@@ -225,6 +225,24 @@ TEST(AnytimePartly, WhatItCannotRenderExactlyItRefinesAndPaysLater) {
   EXPECT_TRUE(imagesEqualBitForBit(renderer->image(), full->image()));
 }
 
+// The first steps of the jet take few of the samples their segments hold, later ones many.
+TEST(AnytimeFromASmallStart, NeverOverspendsOnAnExactFrameThatDoesNotFit) {
+  const JetSequence sequence = jetSequence(2, 50);
+  const RenderSettings settings = jetSettings(softTransferFunction(kType));
+  const ExactFrames exact = exactFrames(sequence, settings);
+  for (const double ofLast : {0.25, 0.5, 0.75}) {
+    const auto budget = Budget::ofSamples(uint64_t(ofLast * double(exact.samples.back())));
+    const auto renderer = makeRenderer(sequence.lattice, settings, withBudget(Method::anytime, budget));
+    renderer->start(sequence.start);
+    for (size_t i = 0; i < sequence.changes.size(); ++i) {
+      renderer->update(sequence.changes[i]);
+      EXPECT_LE(double(renderer->statistics().samples), 1.05 * double(budget.samples)) << ofLast << " " << i;
+      EXPECT_FALSE(renderer->statistics().budgetTooSmall) << ofLast << " " << i;
+      ASSERT_TRUE(renderer->statistics().error) << ofLast << " " << i;
+    }
+  }
+}
+
 TEST(AnytimeSettings, RefusesWhatCannotBeInterpolated) {
   const Scene scene = jet1(40);
   RenderSettings settings = jetSettings(softTransferFunction(kType));
