@@ -63,6 +63,7 @@ class StepsOnDisk {
                    ("kairos-update-bench-" + std::to_string(::getpid()))) {
     SequenceManifest manifest;
     manifest.lattice = bench::lattice(steps.before.type());
+    manifest.inputs = {"before", "there", "back"};
     SequenceWriter writer(directory_, manifest, true);
     const uint64_t before = stateChecksum(steps.before), after = stateChecksum(steps.after);
     const auto write = [&](int64_t step, uint64_t state, const Field* key, const ChangedVoxels* changes) {
