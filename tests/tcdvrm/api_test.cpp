@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <optional>
 
+#include "diff/influence_map.h"
 #include "jet_sequence.h"
+#include "tcdvrm/tcdvrm_renderer.h"
 
 namespace kairos::test {
 namespace {
@@ -57,6 +59,27 @@ for (int step = 0; step < steps; ++step) {
 
   ASSERT_EQ(reported.size(), size_t(steps));
   EXPECT_EQ(reported[0].high, 0);
+}
+
+TEST(Api, HowManyPixelsAChangeInfluences) {
+  const JetSequence sequence = jetSequence(30, 31);
+  const Lattice& lattice = sequence.lattice;
+  const RenderSettings settings = jetSettings(softTransferFunction(ElementType::u8));
+  const Field& first = sequence.start;
+  const ChangedVoxels& changes = sequence.changes[0];
+  // clang-format off
+RendererOptions options;
+options.method = Method::tcdvrm;
+options.budget = Budget::time(5);  // milliseconds; or ofSamples(n), which repeats bit for bit
+TcdvrmRenderer renderer(lattice, settings, options);
+renderer.start(first);
+renderer.update(changes);
+const std::vector<uint64_t> pixelsByNumber = influenceHistogram(renderer.sampledInfluence());
+  // clang-format on
+  uint64_t pixels = 0;
+  for (const uint64_t count : pixelsByNumber) pixels += count;
+  EXPECT_LE(pixels, uint64_t(settings.width) * uint64_t(settings.height));
+  EXPECT_GE(renderer.statistics().voxelsSampled, pixels > 0 ? 1u : 0u);
 }
 
 }  // namespace
