@@ -75,6 +75,9 @@ void BenchArguments::addTo(CLI::App& command) {
       ->excludes(command.get_option("--step"));
   add("--threads", "LIST", words_.threads, "numbers of threads, each from 1 to 1024 [all processors]");
   add("--repeat", "N", words_.repeat, "run every case N times, in turn, from 1 to 1000 [1]");
+  add("--clock", "NAME", words_.clock,
+      "what budgets and times are measured by: wall, or processor, the time that one\nthread would take on a "
+      "machine that is not shared; needs --threads 1 [wall]");
   add("--seed", "N", words_.seed, "of whatever is drawn at random [0]");
   add("--cache-memory", "SIZE", words_.cacheMemory,
       "most memory for reusable ray segments, with KiB, MiB or GiB [2GiB]");
@@ -143,6 +146,11 @@ void BenchArguments::interpretSweep() {
           plan.threads,
           int(integerOption("--threads", word, 1, 1024, "whole numbers from 1 to 1024 with commas between")),
           std::equal_to<>());
+  if (!w.clock.empty() && choiceOption("--clock", w.clock, {"wall", "processor"}) == 1) {
+    if (plan.threads != std::vector<int>{1})
+      throw OptionError("--clock", "processor time of several threads is no measure: add --threads 1");
+    plan.clock = &processorBudgetClock();
+  }
   if (!w.repeat.empty())
     plan.repeats = int(integerOption("--repeat", w.repeat, 1, 1000, "a whole number from 1 to 1000"));
   if (!w.seed.empty())

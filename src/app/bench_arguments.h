@@ -36,7 +36,7 @@ class BenchArguments {
 
  private:
   struct Words {
-    std::string methods, budgets, steps, threads, repeat, pictures, seed, cacheMemory, projection;
+    std::string methods, budgets, steps, threads, repeat, pictures, seed, cacheMemory, projection, clock;
   };
 
   void interpretMethods();

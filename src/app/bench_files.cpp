@@ -147,6 +147,7 @@ Json benchJson(const BenchReport& report) {
   j["machine"] = machineJson(report.machine);
   j["sequence"] = sequenceJson(report.sequence);
   j["picture"] = {{"width", report.width}, {"height", report.height}, {"settings", report.picture}};
+  j["clock"] = report.processorTime ? "processor" : "wall";
   j["repeats"] = report.repeats;
   for (const char* list : {"cases", "frames", "pictures", "histograms"}) j[list] = Json::array();
   for (size_t i = 0; i < report.cases.size(); ++i)

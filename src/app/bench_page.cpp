@@ -94,7 +94,9 @@ std::string overview(const BenchView& view) {
          "of each budget is emphasised.</p>";
 }
 
-std::string busyWarning(const BenchMachine& m) {
+std::string busyWarning(const BenchReport& report) {
+  if (report.processorTime) return "";
+  const BenchMachine& m = report.machine;
   const double load = std::max(m.loadBefore, m.loadAfter - 1);  // this program itself makes about one
   if (load < 0.3 * m.processors + 0.2) return "";
   return "<p class=\"warning\">The machine was busy with other work while this was measured (load average " +
@@ -128,6 +130,7 @@ std::string facts(const BenchReport& r) {
          fact("Program", "Kairos " + escaped(r.version) + ", " + escaped(m.compiler) + ", kernels for " +
                              escaped(m.isa)) +
          fact("Measured", escaped(r.created) + ", " + countText(uint64_t(r.repeats), "repeat") +
+                              (r.processorTime ? ", times by the processor's clock" : "") +
                               "; data: <a href=\"report.json\">report.json</a>, <a "
                               "href=\"frames.csv\">frames.csv</a>") +
          fact("Command", "<code>" + escaped(r.command) + "</code>") + "</dl>";
@@ -189,7 +192,7 @@ std::string header(const BenchView& view) {
   std::string best;
   for (const std::string& budget : view.budgets) best += sentence(view, budget);
   if (!best.empty()) html += "<ul class=\"summary\">" + best + "</ul>";
-  return html + busyWarning(r.machine) + overview(view) + facts(r);
+  return html + busyWarning(r) + overview(view) + facts(r);
 }
 
 }  // namespace

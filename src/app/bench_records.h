@@ -83,6 +83,7 @@ struct BenchReport {
   int width = 0, height = 0;
   std::string picture;  // projection, mode and the like, in words
   int repeats = 1;
+  bool processorTime = false;  // instead of the wall clock's
   std::vector<BenchCase> cases;
   std::vector<BenchFrame> frames;  // by repeat, case and step
   std::vector<BenchPicture> pictures;

@@ -50,6 +50,7 @@ void Sweep::listCases() {
 void Sweep::run(BenchReport& report) {
   report_ = &report;
   report.repeats = plan_.repeats;
+  report.processorTime = plan_.clock == &processorBudgetClock();
   listCases();
   for (const double distance : plan_.sampleDistances) {
     settings_.step = distance;
@@ -83,6 +84,7 @@ void Sweep::runCase(size_t benchCase, int repeat) {
   options.seed = plan_.seed + uint64_t(repeat);
   options.cacheMemory = plan_.cacheMemory;
   options.projection = plan_.projection;
+  options.clock = plan_.clock;
   const auto renderer = makeRenderer(source_.lattice(), settings_, options);
   if (!renderer->seesVolume()) throw OptionError("--view", "no ray of this view meets the volume");
   for (size_t index = first_; index <= last_; ++index) {
@@ -105,12 +107,13 @@ void Sweep::runCase(size_t benchCase, int repeat) {
 }
 
 void Sweep::renderStep(FrameRenderer& renderer, const LoadedStep& step, BenchFrame& frame) {
-  Stopwatch clock;
+  BudgetClock& clock = plan_.clock ? *plan_.clock : steadyBudgetClock();
+  const double begin = clock.now();
   if (const auto* field = std::get_if<Field>(&step.content))
     renderer.start(*field);
   else
     renderer.update(std::get<ChangedVoxels>(step.content));
-  frame.totalMs = clock.lap();
+  frame.totalMs = clock.now() - begin;
   frame.statistics = renderer.statistics();
 }
 

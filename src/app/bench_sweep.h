@@ -30,6 +30,7 @@ struct SweepPlan {
   int repeats = 1;
   uint64_t seed = 0;  // of the first repeat; each further one has the next
   uint64_t cacheMemory = 0;
+  BudgetClock* clock = nullptr;       // budgets and times of frames go by it; null: steadyBudgetClock()
   ProjectionRules projection;         // of dvrm, tldvrm and tcdvrm
   std::vector<int64_t> pictureSteps;  // of the first sample distance, threads and repeat
 };

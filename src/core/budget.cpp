@@ -1,6 +1,7 @@
 #include "core/budget.h"
 
 #include <chrono>
+#include <ctime>
 
 namespace kairos {
 namespace {
@@ -13,10 +14,24 @@ class SteadyBudgetClock : public BudgetClock {
   }
 };
 
+class ProcessorBudgetClock : public BudgetClock {
+ public:
+  double now() override {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
+  }
+};
+
 }  // namespace
 
 BudgetClock& steadyBudgetClock() {
   static SteadyBudgetClock clock;
+  return clock;
+}
+
+BudgetClock& processorBudgetClock() {
+  static ProcessorBudgetClock clock;
   return clock;
 }
 

@@ -31,4 +31,8 @@ class BudgetClock {
 /// std::chrono::steady_clock.
 BudgetClock& steadyBudgetClock();
 
+/// Processor time of all of the process's threads. With one thread it is the time that an idle machine would
+/// have taken.
+BudgetClock& processorBudgetClock();
+
 }  // namespace kairos
