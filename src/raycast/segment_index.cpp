@@ -141,16 +141,16 @@ struct SubBlockSpread {
 };
 constexpr SubBlockSpread kSpread;
 
-size_t axisBits(int lo, int hi) {
-  const int first = std::clamp(lo, 0, kBrickStride - 1) / kSubBlockEdge;
-  const int last = std::clamp(hi, 0, kBrickStride - 1) / kSubBlockEdge;
+// Parts `first` to `last` of one axis, a bit each.
+size_t axisBits(int first, int last) {
   return size_t(((2 << last) - 1) & ~((1 << first) - 1));
 }
 
-}  // namespace
-
-uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
-                          const Segment& segment) {
+// The union over a segment's samples of parts of its brick. `bits(lo, hi)` gives those of one axis for
+// samples whose footprints start at voxels lo to hi.
+template <class Bits>
+uint64_t partsAlong(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize, const Segment& segment,
+                    Bits&& bits) {
   const Vec3i cell = cellCoordinates(segment.cell, gridSize);
   double o0[3], o1[3], d0[3], d1[3];
   for (int a = 0; a < 3; ++a) {
@@ -164,13 +164,32 @@ uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3
   uint64_t mask = 0;
   for (int32_t k = segment.kBegin; k < segment.kEnd; ++k) {
     const double t = k + 0.5;
-    size_t bits[3];
+    size_t axis[3];
     for (int a = 0; a < 3; ++a)
-      bits[a] = axisBits(int(std::floor(o0[a] + t * d0[a] - kRounding)),
-                         int(std::floor(o1[a] + t * d1[a] + kRounding)) + view.footprintWidth() - 1);
-    mask |= kSpread.x[bits[0]] & kSpread.y[bits[1]] & kSpread.z[bits[2]];
+      axis[a] = bits(int(std::floor(o0[a] + t * d0[a] - kRounding)),
+                     int(std::floor(o1[a] + t * d1[a] + kRounding)));
+    mask |= kSpread.x[axis[0]] & kSpread.y[axis[1]] & kSpread.z[axis[2]];
   }
   return mask;
+}
+
+}  // namespace
+
+uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                          const Segment& segment) {
+  return partsAlong(view, rays, gridSize, segment, [&](int lo, int hi) {
+    hi += view.footprintWidth() - 1;
+    return axisBits(std::clamp(lo, 0, kBrickStride - 1) / kSubBlockEdge,
+                    std::clamp(hi, 0, kBrickStride - 1) / kSubBlockEdge);
+  });
+}
+
+uint64_t touchedWindows(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                        const Segment& segment) {
+  return partsAlong(view, rays, gridSize, segment, [](int lo, int hi) {
+    return axisBits(std::clamp(lo, 0, kBrickEdge - 1) / kWindowBlock,
+                    std::clamp(hi, 0, kBrickEdge - 1) / kWindowBlock);
+  });
 }
 
 SegmentIndex::SegmentIndex(const ViewRays& view, const BrickVolume& volume, ThreadPool& pool) {

@@ -25,6 +25,11 @@ void listSegments(const ViewRays& view, const TileRays& rays, const Vec3i& gridS
 uint64_t touchedSubBlocks(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
                           const Segment& segment);
 
+/// The windows of its brick (see kWindows) in which footprints of a segment's samples start; never misses
+/// one. While none of them is visible the segment adds exactly nothing.
+uint64_t touchedWindows(const ViewRays& view, const TileRays& rays, const Vec3i& gridSize,
+                        const Segment& segment);
+
 /// All segments of a view, tile by tile, and the way back from bricks to segments.
 class SegmentIndex {
  public:

@@ -169,7 +169,7 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
   beginFrame(live, uncertain);
   choosePlan();
   blending_ = blend_.worthwhile();
-  if (blending_) pyramid_.keepDetail(1, runs_);
+  if (blending_) pyramid_.keepOld(runs_);
   const double selected = meter_.elapsed();
   total_ += probe_.cast(uncertainUnits_, workOf(0), kErrorShare * castingBudget(), meter_);
   raysCast_ += probe_.raysCast();

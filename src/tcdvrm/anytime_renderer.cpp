@@ -28,9 +28,8 @@ AnytimeRenderer::AnytimeRenderer(const Lattice& lattice, const RenderSettings& s
       meter_(options.budget, options.clock),
       exact_(scene_, options, true, image_, nullptr),
       refinement_(scene_, exact_.caster(), image_, meter_, options.seed),
-      shown_(settings.width, settings.height) {
-  requireSegmentLists(exact_.caster());
-}
+      visibility_(withSegmentLists(exact_.caster()), scene_),
+      shown_(settings.width, settings.height) {}
 
 size_t AnytimeRenderer::blockOf(uint32_t tile) const {
   const auto tilesX = uint32_t(exact_.caster().view().tilesX());
@@ -49,15 +48,12 @@ void AnytimeRenderer::forTiles(size_t block, Body&& body) const {
 void AnytimeRenderer::renderWhole() {
   exact_.restart();
   unmarked_ = false;
-  visibleSegments_.assign(shown_.size(), 0);
+  visibility_.restart();
   approximated_.assign(shown_.size(), 0);
   uint64_t latticeSamples = 0;
   for (uint32_t tile = 0; tile < uint32_t(exact_.tileCount()); ++tile)
     for (const Segment& s : exact_.caster().index()->segments(int(tile)))
-      if (scene_.occupancy().visible(s.cell)) {
-        ++visibleSegments_[blockOf(tile)];
-        latticeSamples += uint64_t(s.kEnd - s.kBegin) * kLanes;
-      }
+      if (scene_.occupancy().visible(s.cell)) latticeSamples += uint64_t(s.kEnd - s.kBegin) * kLanes;
   meter_.beginCasting();
   exact_.cast(exact_.staleTiles(), statistics_);
   meter_.endCasting({double(statistics_.samples), double(statistics_.segmentsRecast)});
@@ -65,26 +61,15 @@ void AnytimeRenderer::renderWhole() {
     samplesPerLatticeSample_ = double(statistics_.samples) / double(latticeSamples);
     segmentsPerSample_ = double(statistics_.segmentsRecast) / std::max(1.0, double(statistics_.samples));
   }
-  shown_ = visibleBlocks();
+  shown_ = visibility_.blocks();
   refinement_.restart();
   statistics_.error = ErrorEstimate{};
   statistics_.cacheBytes = exact_.cacheBytes();
 }
 
-// Keeps count of each block's visible segments.
-void AnytimeRenderer::followVisibility(const AppliedChanges& applied) {
-  const SegmentIndex& index = *exact_.caster().index();
-  for (size_t i = 0; i < applied.cells.size(); ++i) {
-    const bool visible = scene_.occupancy().visible(applied.cells[i]);
-    if (visible == (applied.visibleBefore[i] != 0)) continue;
-    for (const uint32_t segment : index.segmentsOf(applied.cells[i]))
-      visibleSegments_[blockOf(index.tileOf(segment))] += visible ? 1u : ~0u;
-  }
-}
-
 void AnytimeRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& applied) {
   Stopwatch clock;
-  followVisibility(applied);
+  visibility_.follow(applied);
   const ExactImage::Reach reach = exact_.reachOf(applied);
   const double samples = double(reach.touched) * samplesPerLatticeSample_;
   const bool everything = double(reach.touched) >= kEverything * double(reach.visible);
@@ -110,14 +95,8 @@ bool AnytimeRenderer::fits(CastWork exact) {
   return meter_.cost(exact) <= kExactShare * meter_.remaining();
 }
 
-BlockSet AnytimeRenderer::visibleBlocks() const {
-  BlockSet visible(image_.width, image_.height);
-  for (size_t b = 0; b < visible.size(); ++b) visible.set(b, visibleSegments_[b] > 0);
-  return visible;
-}
-
 void AnytimeRenderer::refineEverything() {
-  const BlockSet visible = visibleBlocks();
+  const BlockSet visible = visibility_.blocks();
   BlockSet live = visible;
   for (size_t b = 0; b < live.size(); ++b)
     if (shown_.contains(b)) live.set(b, true);
@@ -239,8 +218,8 @@ void AnytimeRenderer::payOwed() {
 
 double AnytimeRenderer::modelledError() const {
   double sum = 0;
-  for (size_t b = 0; b < visibleSegments_.size(); ++b) {
-    if (visibleSegments_[b] == 0) continue;
+  for (size_t b = 0; b < shown_.size(); ++b) {
+    if (!visibility_.visible(b)) continue;
     forTiles(b, [&](uint32_t tile) {
       if (unmarked_ || exact_.stale(tile)) sum += refinement_.expectedError(b) * kLanes;
     });
@@ -268,7 +247,7 @@ Image AnytimeRenderer::aov(Aov kind) const {
       const auto tile = uint32_t(y / kTileEdge * tilesX + x / kTileEdge);
       const bool exact = !unmarked_ && !exact_.stale(tile);
       const size_t block = blockOf(tile);
-      const bool blank = visibleSegments_[block] == 0;
+      const bool blank = !visibility_.visible(block);
       float& value = *values.pixel(x, y);
       if (kind == Aov::error)
         value = exact || blank ? 0 : float(std::sqrt(refinement_.expectedError(block) / 4));

@@ -8,6 +8,7 @@
 #include "diff/exact_image.h"
 #include "diff/frame_renderer.h"
 #include "tcdvrm/adaptive_refinement.h"
+#include "tcdvrm/block_visibility.h"
 #include "tcdvrm/budget_meter.h"
 
 namespace kairos {
@@ -31,7 +32,6 @@ class AnytimeRenderer : public FrameRenderer {
   void renderWhole() override;
   void renderChanges(const ChangedVoxels& changes, const AppliedChanges& applied) override;
 
-  void followVisibility(const AppliedChanges& applied);
   size_t blockOf(uint32_t tile) const;
   CastWork exactWork(uint32_t tile) const;
   bool fits(CastWork exact);
@@ -42,7 +42,6 @@ class AnytimeRenderer : public FrameRenderer {
   void learnSamples(double latticeSamples, double samples);
   template <class Body>
   void forTiles(size_t block, Body&& body) const;
-  BlockSet visibleBlocks() const;
   void restoreExact();
   void payOwed();
   void reportOwed();
@@ -51,10 +50,10 @@ class AnytimeRenderer : public FrameRenderer {
   BudgetMeter meter_;
   ExactImage exact_;
   AdaptiveRefinement refinement_;
-  std::vector<uint32_t> visibleSegments_;  // per block
-  BlockSet shown_;                         // blocks that may show anything
-  std::vector<uint8_t> approximated_;      // per block: refined since all of it was exact
-  double samplesPerLatticeSample_ = 1;     // classified ones of the lattice samples of visible bricks
+  BlockVisibility visibility_;
+  BlockSet shown_;                      // blocks that may show anything
+  std::vector<uint8_t> approximated_;   // per block: refined since all of it was exact
+  double samplesPerLatticeSample_ = 1;  // classified ones of the lattice samples of visible bricks
   double segmentsPerSample_ = 0;
   bool unmarked_ = false;  // changes are noted whose tiles are not known: every tile counts as owed
   ErrorEstimate lastMeasured_;

@@ -7,30 +7,12 @@
 namespace kairos {
 namespace {
 
-// The nodes of a level on one line that stand still while the others are found: the even ones. `at(i)` yields
-// even node i; neighbours beyond the edges are the outermost.
-template <class At>
-Float4 betweenEven(int i, int count, At&& at) {
-  const int last = (count - 1) & ~1;
-  if (i >= 3 && i + 3 <= last) return cubicBetween(at(i - 3), at(i - 1), at(i + 1), at(i + 3));
-  return cubicBetween(at(std::max(i - 3, 0)), at(i - 1), at(std::min(i + 1, last)),
-                      at(std::min(i + 3, last)));
-}
-
-// Interpolation overshoots at edges: no colour is below 0, no opacity above 1.
-Float4 clamped(Float4 v) {
-  const Float4 zero = {0, 0, 0, 0};
-  v = v < zero ? zero : v;
-  v[3] = std::min(v[3], 1.0f);
-  return v;
-}
-
-// The four even rows around odd row j, from a column on; beyond the edges the outermost.
-struct EvenRows {
+// The four rows of the coarser grid around odd row j of the next finer one, from a node on; beyond the edges
+// the outermost.
+struct RowsAround {
   const float* at[4];
-  EvenRows(const NodeGrid& grid, int column, int j) {
-    const int last = (grid.rows - 1) & ~1;
-    for (int r = 0; r < 4; ++r) at[r] = grid.node(column, std::clamp(j - 3 + 2 * r, 0, last));
+  RowsAround(const NodeGrid& coarse, int column, int j) {
+    for (int r = 0; r < 4; ++r) at[r] = coarse.node(column, std::clamp(j / 2 - 1 + r, 0, coarse.rows - 1));
   }
 };
 
@@ -64,10 +46,9 @@ ColourPyramid::ColourPyramid(Image& image, ThreadPool& pool) : pool_(pool) {
 
 void ColourPyramid::takeImage(int level) {
   for (; level < kLevels; ++level) {
-    const NodeGrid& g = grid(level);
+    const NodeGrid &g = grid(level), &finer = grid(level - 1);
     for (int j = 0; j < g.rows; ++j)
-      for (int i = 0; i < g.columns; ++i)
-        store4(g.node(i, j), load4(grid(0).node(i * g.stride, j * g.stride)));
+      for (int i = 0; i < g.columns; ++i) store4(g.node(i, j), load4(finer.node(2 * i, 2 * j)));
   }
 }
 
@@ -77,79 +58,85 @@ void ColourPyramid::takePixel(int x, int y) {
     store4(grids_[level].node(x >> level, y >> level), colour);
 }
 
-// Calls body(run, row) for the grid's even or odd rows of all runs.
-template <class Body>
-void ColourPyramid::forRows(std::span<const BlockRun> runs, int level, int parity, Body&& body) {
-  const NodeGrid& fine = grid(level);
-  pool_.forEach(runs.size(), 8, [&](size_t begin, size_t end) {
-    for (size_t r = begin; r < end; ++r) {
-      const NodeRange rows = rowsOf(runs[r], fine);
-      for (int j = rows.begin + ((rows.begin ^ parity) & 1); j < rows.end; j += 2) body(runs[r], j);
-    }
-  });
-}
-
-void ColourPyramid::keepDetail(int level, std::span<const BlockRun> runs) {
-  const NodeGrid& g = grid(level);
-  forRows(runs, level, 1, [&](const BlockRun& run, int j) {
-    const NodeRange columns = columnsOf(run, g);
-    const EvenRows rows(g, columns.begin, j);
-    subtractInterpolation(rows.at[0], rows.at[1], rows.at[2], rows.at[3], g.node(columns.begin, j),
-                          size_t(columns.end - columns.begin) * 4);
-  });
-  forRows(runs, level, 0, [&](const BlockRun& run, int j) {
-    const NodeRange columns = columnsOf(run, g);
-    for (int i = columns.begin | 1; i < columns.end; i += 2) {
-      float* node = g.node(i, j);
-      store4(node,
-             load4(node) - betweenEven(i, g.columns, [&](int column) { return load4(g.node(column, j)); }));
-    }
-  });
+void ColourPyramid::keepOld(std::span<const BlockRun> runs) {
+  if (runs.empty()) return;
+  BlockRun box = runs.front();  // of columns
+  for (const BlockRun& run : runs) box = {0, std::min(box.first, run.first), std::max(box.last, run.last)};
+  for (const int level : {1, 2}) {
+    const NodeGrid& g = grid(level);
+    std::vector<float>& old = old_[size_t(level)];
+    if (old.empty()) old.resize(storage_[size_t(level)].size());
+    const int nodes = kBlockEdge / g.stride, reach = 4;  // of an interpolation
+    const int begin = std::max(box.first * nodes - reach, 0);
+    const int end = std::min(box.last * nodes + reach, g.columns);
+    const int top = std::max(runs.front().row * nodes - reach, 0);
+    const int bottom = std::min((runs.back().row + 1) * nodes + reach, g.rows);
+    for (int j = top; j < bottom; ++j)
+      std::copy(g.node(begin, j), g.node(begin, j) + size_t(end - begin) * 4,
+                old.data() + (g.node(begin, j) - g.data));
+  }
 }
 
 void ColourPyramid::interpolate(int level, std::span<const BlockRun> runs, const DetailBlend* blend) {
-  forRows(runs, level, 0, [&](const BlockRun& run, int j) {
-    interpolateEvenRow(level, columnsOf(run, grid(level)), j, blend);
-  });
-  forRows(runs, level, 1, [&](const BlockRun& run, int j) {
-    interpolateOddRow(level, columnsOf(run, grid(level)), j, blend);
+  const NodeGrid& fine = grid(level);
+  pool_.forEach(runs.size(), 8, [&](size_t begin, size_t end) {
+    std::vector<float> line;
+    for (size_t r = begin; r < end; ++r) {
+      const NodeRange rows = rowsOf(runs[r], fine), columns = columnsOf(runs[r], fine);
+      for (int j = rows.begin; j < rows.end; ++j)
+        forLambdas(level, columns, j, blend,
+                   [&](NodeRange part, float lambda) { interpolateRow(level, part, j, lambda, line); });
+    }
   });
 }
 
-// Calls body(begin, end, lambda) for parts of the range that share a lambda.
+// Calls body(part, lambda) for parts of the range that share a lambda.
 template <class Body>
 void ColourPyramid::forLambdas(int level, NodeRange columns, int j, const DetailBlend* blend, Body&& body) {
-  if (!blend) return body(columns.begin, columns.end, 0.0f);
+  if (!blend) return body(columns, 0.0f);
   const int stride = grid(level).stride, region = DetailBlend::kRegionEdge / stride;
   for (int begin = columns.begin; begin < columns.end;) {
     const int end = std::min((begin / region + 1) * region, columns.end);
-    body(begin, end, blend->lambda(level, begin * stride, j * stride));
+    body(NodeRange{begin, end}, blend->lambda(level, begin * stride, j * stride));
     begin = end;
   }
 }
 
-// A row of the coarser grid with its gaps filled.
-void ColourPyramid::interpolateEvenRow(int level, NodeRange columns, int j, const DetailBlend* blend) {
+// What is interpolated is the new image less lambda of the old one, the latter being added whole afterwards:
+// lambda of the detail that the old image had.
+void ColourPyramid::interpolateRow(int level, NodeRange columns, int j, float lambda,
+                                   std::vector<float>& line) {
   const NodeGrid &coarse = grid(level + 1), &fine = grid(level);
-  const auto at = [&](int column) { return load4(coarse.node(column >> 1, j >> 1)); };
-  forLambdas(level, columns, j, blend, [&](int begin, int end, float lambda) {
-    for (int i = begin; i < end; ++i) {
-      float* node = fine.node(i, j);
-      Float4 value = i & 1 ? betweenEven(i, fine.columns, at) : at(i);
-      if (blend && (i & 1)) value += lambda * load4(node);
-      store4(node, level == 0 ? clamped(value) : value);
-    }
-  });
-}
-
-// A row between two that are complete.
-void ColourPyramid::interpolateOddRow(int level, NodeRange columns, int j, const DetailBlend* blend) {
-  const NodeGrid& fine = grid(level);
-  forLambdas(level, columns, j, blend, [&](int begin, int end, float lambda) {
-    const EvenRows rows(fine, begin, j);
-    interpolateFloats(rows.at[0], rows.at[1], rows.at[2], rows.at[3], lambda, level == 0, fine.node(begin, j),
-                      size_t(end - begin) * 4);
-  });
+  // Nodes [first, last) of the coarser grid; those that the row reaches beyond its edges repeat its ends.
+  const int first = std::max(columns.begin / 2 - 1, 0);
+  const int last = std::min((columns.end + 1) / 2 + 2, coarse.columns);
+  const size_t floats = size_t(last - first) * 4;
+  constexpr int kMargin = 2;
+  line.resize((size_t(coarse.columns) + 2 * kMargin) * 4);
+  float* const nodes = line.data() + kMargin * 4;
+  const bool odd = j & 1;
+  if (odd) {
+    const RowsAround r(coarse, first, j);
+    interpolateRows(r.at[0], r.at[1], r.at[2], r.at[3], nodes + first * 4, floats);
+  } else {
+    std::copy_n(coarse.node(first, j / 2), floats, nodes + first * 4);
+  }
+  const float* old = fine.data;
+  if (lambda != 0) {
+    const NodeGrid oldCoarse = {old_[size_t(level) + 1].data(), coarse.columns, coarse.rows, coarse.stride};
+    const RowsAround r(oldCoarse, first, j);
+    if (odd)
+      subtractRows(r.at[0], r.at[1], r.at[2], r.at[3], lambda, nodes + first * 4, floats);
+    else
+      subtractRow(oldCoarse.node(first, j / 2), lambda, nodes + first * 4, floats);
+    if (level > 0) old = old_[size_t(level)].data();
+  }
+  if (first == 0) store4(nodes - 4, load4(nodes));
+  for (int k = last; last == coarse.columns && k < last + kMargin; ++k)
+    store4(nodes + 4 * k, load4(nodes + 4 * (last - 1)));
+  const size_t row = size_t(j) * size_t(fine.columns) * 4;
+  widenRow({nodes, odd ? nullptr : coarse.node(0, j / 2), old + row, lambda, level == 0}, columns.begin,
+           columns.end, fine.data + row);
 }
 
 Float4 ColourPyramid::cubicAlongRow(const NodeGrid& grid, int i, int j, int reach) {

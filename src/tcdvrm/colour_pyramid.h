@@ -23,10 +23,10 @@ struct NodeGrid {
   float* nearest(int i, int j) const;
 };
 
-/// Grids of the strides 16, 8, 4, 2 and 1, the last being the image. Between frames all of them show the
-/// image. During a frame a grid's nodes are known where they were cast; `interpolate` finds the others of one
-/// stride from the next coarser: a cubic along rows, then columns, plus a share of the detail that the
-/// previous image had there (DetailBlend). Only live blocks are ever written.
+/// Grids of the strides 16, 8, 4, 2 and 1, the last being the image. Between frames those of the strides 1, 2
+/// and 4 show the image. During a frame a grid's nodes are known where they were cast; `interpolate` finds
+/// the others of one stride from the next coarser: a cubic along columns, then rows, plus a share of the
+/// detail that the previous image had there (DetailBlend). Only live blocks are ever written.
 class ColourPyramid {
  public:
   static constexpr int kLevels = 5;  // level k has stride 2^k
@@ -37,15 +37,14 @@ class ColourPyramid {
   ColourPyramid(Image& image, ThreadPool& pool);
 
   const NodeGrid& grid(int level) const { return grids_[size_t(level)]; }
-  /// Makes the grids from `level` on show the image.
+  /// Makes the grids from `level` on show the image, or what the next finer grid does.
   void takeImage(int level = 1);
   /// Copies one pixel of the image to every grid that has it.
   void takePixel(int x, int y);
 
-  /// Replaces the nodes that `interpolate(level)` will find by what the image shown so far adds to its own
-  /// interpolation there. Only when blending; before the next coarser grid changes.
-  void keepDetail(int level, std::span<const BlockRun> runs);
-  /// Finds the nodes of a level from the next coarser. With `blend` they hold what `keepDetail` left.
+  /// Keeps what the image shows before the frame's first node is written: only when blending.
+  void keepOld(std::span<const BlockRun> runs);
+  /// Finds the nodes of a level, 0 or 1 where blended, from the next coarser.
   void interpolate(int level, std::span<const BlockRun> runs, const DetailBlend* blend);
 
   /// The cubic through the nodes at -3, -1, 1 and 3 times `reach` from node (i, j), in its row or column.
@@ -57,16 +56,13 @@ class ColourPyramid {
 
  private:
   template <class Body>
-  void forRows(std::span<const BlockRun> runs, int level, int parity, Body&& body);
-
-  template <class Body>
   void forLambdas(int level, NodeRange columns, int j, const DetailBlend* blend, Body&& body);
-  void interpolateEvenRow(int level, NodeRange columns, int j, const DetailBlend* blend);
-  void interpolateOddRow(int level, NodeRange columns, int j, const DetailBlend* blend);
+  void interpolateRow(int level, NodeRange columns, int j, float lambda, std::vector<float>& line);
 
   ThreadPool& pool_;
   std::array<NodeGrid, kLevels> grids_;
   std::array<std::vector<float>, kLevels> storage_;
+  std::array<std::vector<float>, 3> old_;  // levels 1 and 2, as they were when the frame began
 };
 
 }  // namespace kairos

@@ -16,12 +16,14 @@ inline const RenderSettings& interpolatable(const RenderSettings& settings) {
   return settings;
 }
 
-/// Throws OptionError for a view so large that its segments are not listed (TileCaster::index).
-inline void requireSegmentLists(const TileCaster& caster) {
+/// The caster as it is. Throws OptionError for a view so large that its segments are not listed
+/// (TileCaster::index).
+inline const TileCaster& withSegmentLists(const TileCaster& caster) {
   if (!caster.index())
     throw OptionError("--size",
                       "the view has too many ray segments to list, expected a smaller image for a "
                       "method under a budget");
+  return caster;
 }
 
 }  // namespace kairos

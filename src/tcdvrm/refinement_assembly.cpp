@@ -13,7 +13,6 @@ constexpr size_t kFewestTiles = 4;  // of a batch, where they fit
 
 // From the nodes of stride 2 and the blocks that are cast whole to the image.
 void AdaptiveRefinement::assemble() {
-  if (blending_) pyramid_.keepDetail(0, runs_);
   BlockSet interpolated = *live_;
   for (const BlockRun& run : runs_)
     for (int column = run.first; column < run.last; ++column) {

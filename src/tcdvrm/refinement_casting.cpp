@@ -214,7 +214,7 @@ void AdaptiveRefinement::refineUnits(std::span<const uint32_t> units) {
   for (const uint32_t unit : units)
     for (const uint32_t block : liveBlocksOf(unit)) blocks.set(block, true);
   const std::vector<BlockRun> runs = blocks.runs();
-  pyramid_.interpolate(1, runs, nullptr);
+  pyramid_.interpolate(1, runs, blending_ ? &blend_ : nullptr);
   for (const BlockRun& run : runs)
     for (int column = run.first; column < run.last; ++column) pushStride2(column, run.row);
 }

@@ -27,7 +27,7 @@ TilesRenderer::TilesRenderer(const Lattice& lattice, const RenderSettings& setti
       exact_(scene_, options, true, image_, nullptr),
       levels_(scene_),
       probe_(scene_, levels_, options.seed) {
-  requireSegmentLists(exact_.caster());
+  withSegmentLists(exact_.caster());
 }
 
 void TilesRenderer::renderWhole() {

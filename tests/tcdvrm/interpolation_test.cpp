@@ -56,7 +56,6 @@ TEST(ColourPyramid, LeavesBlocksThatAreNotLiveAlone) {
   pyramid.takeImage();
   BlockSet blocks(64, 48);
   blocks.set(blocks.index(3, 2), true);
-  pyramid.keepDetail(0, blocks.runs());
   pyramid.interpolate(0, blocks.runs(), nullptr);
   int changed = 0;
   for (int y = 0; y < 48; ++y)
@@ -84,10 +83,8 @@ TEST(ColourPyramid, AllOfTheOldDetailGivesTheOldImageBack) {
   EXPECT_TRUE(blend.worthwhile());
   BlockSet blocks(64, 64);
   for (size_t b = 0; b < blocks.size(); ++b) blocks.set(b, true);
-  for (const int level : {1, 0}) {
-    pyramid.keepDetail(level, blocks.runs());
-    pyramid.interpolate(level, blocks.runs(), &blend);
-  }
+  pyramid.keepOld(blocks.runs());
+  for (const int level : {1, 0}) pyramid.interpolate(level, blocks.runs(), &blend);
   for (size_t i = 0; i < image.data.size(); ++i) ASSERT_NEAR(image.data[i], before.data[i], 1e-5);
 }
 
@@ -115,12 +112,18 @@ TEST(DetailBlend, DetailThatHasGoneIsNotWorthBlending) {
 }
 
 TEST(InterpolationRows, ColoursStayAboveZeroAndOpacitiesBelowOne) {
-  const std::vector<float> low(36, 0.0f), high(36, 2.0f);
-  std::vector<float> out(36, 7.0f);
-  interpolateFloats(high.data(), low.data(), low.data(), high.data(), 0, true, out.data(), out.size());
+  std::vector<float> row(20, 0.0f), out(16, 7.0f);
+  std::fill_n(row.begin() + 4, 8, 2.0f);  // nodes 0 and 1 of -1 to 3
+  const WidenedRow nodes{row.data() + 4, nullptr, nullptr, 0, true};
+  widenRow(nodes, 0, 4, out.data());
+  for (int i = 0; i < 4; ++i)
+    for (int c = 0; c < 4; ++c) {
+      const float wanted = i == 3 ? 0.5625f * 2 - 0.0625f * 2 : i == 1 ? 0.5625f * 4 : 2;
+      EXPECT_EQ(out[size_t(4 * i + c)], c == 3 ? 1 : wanted) << i;
+    }
+  std::fill_n(row.begin() + 4, 8, -2.0f);
+  widenRow(nodes, 0, 4, out.data());
   for (const float v : out) EXPECT_EQ(v, 0);
-  interpolateFloats(high.data(), high.data(), high.data(), high.data(), 0, true, out.data(), out.size());
-  for (size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % 4 == 3 ? 1 : 2);
 }
 
 TEST(BlockQueue, TheBestComesFirstWithinAFactorOfTheSquareRootOfTwo) {
