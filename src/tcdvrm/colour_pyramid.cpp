@@ -32,7 +32,8 @@ float* NodeGrid::nearest(int i, int j) const {
   return node(std::clamp(i, 0, columns - 1), std::clamp(j, 0, rows - 1));
 }
 
-ColourPyramid::ColourPyramid(Image& image, ThreadPool& pool) : pool_(pool) {
+ColourPyramid::ColourPyramid(Image& image, ThreadPool& pool)
+    : pool_(pool), blocks_(image.width, image.height), blank_(blocks_.size(), 0) {
   grids_[0] = {image.data.data(), image.width, image.height, 1};
   for (size_t level = 1; level < grids_.size(); ++level) {
     NodeGrid& grid = grids_[level];
@@ -45,6 +46,7 @@ ColourPyramid::ColourPyramid(Image& image, ThreadPool& pool) : pool_(pool) {
 }
 
 void ColourPyramid::takeImage(int level) {
+  if (level == 1) std::fill(blank_.begin(), blank_.end(), uint8_t(0));
   for (; level < kLevels; ++level) {
     const NodeGrid &g = grid(level), &finer = grid(level - 1);
     for (int j = 0; j < g.rows; ++j)
@@ -54,6 +56,7 @@ void ColourPyramid::takeImage(int level) {
 
 void ColourPyramid::takePixel(int x, int y) {
   const Float4 colour = load4(grids_[0].node(x, y));
+  blank_[blocks_.blockAt(x, y)] = 0;
   for (size_t level = 1; level < grids_.size() && ((x | y) & (grids_[level].stride - 1)) == 0; ++level)
     store4(grids_[level].node(x >> level, y >> level), colour);
 }
@@ -78,16 +81,61 @@ void ColourPyramid::keepOld(std::span<const BlockRun> runs) {
 }
 
 void ColourPyramid::interpolate(int level, std::span<const BlockRun> runs, const DetailBlend* blend) {
-  const NodeGrid& fine = grid(level);
   pool_.forEach(runs.size(), 8, [&](size_t begin, size_t end) {
     std::vector<float> line;
     for (size_t r = begin; r < end; ++r) {
-      const NodeRange rows = rowsOf(runs[r], fine), columns = columnsOf(runs[r], fine);
-      for (int j = rows.begin; j < rows.end; ++j)
-        forLambdas(level, columns, j, blend,
-                   [&](NodeRange part, float lambda) { interpolateRow(level, part, j, lambda, line); });
+      if (level > 0) {
+        interpolateRun(level, runs[r], blend, line);
+        continue;
+      }
+      for (const BlockRun& part : withoutBlank(runs[r], blend != nullptr))
+        interpolateRun(level, part, blend, line);
     }
   });
+}
+
+// Are all nodes of stride 2 zero that the pixels of a block are interpolated from?
+bool ColourPyramid::coarseBlank(int row, int column) const {
+  constexpr int kNodes = kBlockEdge / 2;
+  const NodeGrid& coarse = grid(1);
+  const int left = std::max(column * kNodes - 1, 0);
+  const int right = std::min((column + 1) * kNodes + 2, coarse.columns);
+  const int top = std::max(row * kNodes - 1, 0), bottom = std::min((row + 1) * kNodes + 2, coarse.rows);
+  for (int j = top; j < bottom; ++j) {
+    Float4 largest = {0, 0, 0, 0};
+    for (int i = left; i < right; ++i) {
+      const Float4 node = load4(coarse.node(i, j));
+      largest = node > largest ? node : largest;
+    }
+    if (sum4(largest) > 0) return false;
+  }
+  return true;
+}
+
+// The blocks of a run whose pixels are not all zero before and after.
+std::vector<BlockRun> ColourPyramid::withoutBlank(const BlockRun& run, bool blended) {
+  std::vector<BlockRun> parts;
+  for (int column = run.first; column < run.last; ++column) {
+    uint8_t& blank = blank_[blocks_.index(column, run.row)];
+    const bool becomesBlank = coarseBlank(run.row, column);
+    if (!(becomesBlank && blank)) {
+      if (!parts.empty() && parts.back().last == column)
+        ++parts.back().last;
+      else
+        parts.push_back({run.row, column, column + 1});
+    }
+    // The detail of the old image may be more than nothing.
+    blank = becomesBlank && (blank || !blended);
+  }
+  return parts;
+}
+
+void ColourPyramid::interpolateRun(int level, const BlockRun& run, const DetailBlend* blend,
+                                   std::vector<float>& line) {
+  const NodeRange rows = rowsOf(run, grid(level)), columns = columnsOf(run, grid(level));
+  for (int j = rows.begin; j < rows.end; ++j)
+    forLambdas(level, columns, j, blend,
+               [&](NodeRange part, float lambda) { interpolateRow(level, part, j, lambda, line); });
 }
 
 // Calls body(part, lambda) for parts of the range that share a lambda.

@@ -39,8 +39,10 @@ class ColourPyramid {
   const NodeGrid& grid(int level) const { return grids_[size_t(level)]; }
   /// Makes the grids from `level` on show the image, or what the next finer grid does.
   void takeImage(int level = 1);
-  /// Copies one pixel of the image to every grid that has it.
+  /// Copies one pixel of the image, which somebody else wrote, to every grid that has it.
   void takePixel(int x, int y);
+  /// Somebody else wrote pixels of a block that are on no coarser grid.
+  void takeFinePixels(size_t block) { blank_[block] = 0; }
 
   /// Keeps what the image shows before the frame's first node is written: only when blending.
   void keepOld(std::span<const BlockRun> runs);
@@ -57,9 +59,14 @@ class ColourPyramid {
  private:
   template <class Body>
   void forLambdas(int level, NodeRange columns, int j, const DetailBlend* blend, Body&& body);
+  bool coarseBlank(int row, int column) const;
+  std::vector<BlockRun> withoutBlank(const BlockRun& run, bool blended);
+  void interpolateRun(int level, const BlockRun& run, const DetailBlend* blend, std::vector<float>& line);
   void interpolateRow(int level, NodeRange columns, int j, float lambda, std::vector<float>& line);
 
   ThreadPool& pool_;
+  BlockSet blocks_;             // an empty one of the image's size
+  std::vector<uint8_t> blank_;  // blocks of the image that are known to be all zero
   std::array<NodeGrid, kLevels> grids_;
   std::array<std::vector<float>, kLevels> storage_;
   std::array<std::vector<float>, 3> old_;  // levels 1 and 2, as they were when the frame began

@@ -31,6 +31,7 @@ void AdaptiveRefinement::assemble() {
 }
 
 void AdaptiveRefinement::writeBlock(uint32_t block) {
+  pyramid_.takeFinePixels(block);
   const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
   const int i0 = int(block) % live_->columns() * kTileEdge, j0 = int(block) / live_->columns() * kTileEdge;
   for (int lane = 0; lane < kLanes; ++lane) {
