@@ -29,7 +29,9 @@ AdaptiveRefinement::AdaptiveRefinement(const SceneState& scene, const TileCaster
       rays_(scene, levels_),
       probe_(scene, levels_, seed),
       pyramid_(image, scene.pool()),
-      blend_(image.width, image.height) {
+      blend_(image.width, image.height),
+      live_(image.width, image.height),
+      added_(live_) {
   const ViewRays& units = rays_.view(RefinementRays::stride4);
   unitOrder_ = mortonOrder(units.tilesX(), units.tilesY());
   const size_t blocks = BlockSet(image.width, image.height).size();
@@ -176,6 +178,7 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
   castLattice();
   pyramid_.interpolate(1, runs_, blending_ ? &blend_ : nullptr);
   queueBlocks();
+  queueOwed(uncertain);
   refineBlocks();
   const double cast = meter_.elapsed();
   assemble();
@@ -183,7 +186,7 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
   const double assembled = meter_.elapsed();
   if (liveBlocks_ > 0) finishMsPerBlock_.add((assembled - cast) / double(liveBlocks_));
   topUp();
-  learn(statistics);
+  learn(uncertain, statistics);
   statistics.selectMs += selected - begun_;
   statistics.castMs += cast - selected + meter_.elapsed() - assembled;
   statistics.composeMs += assembled - cast;
@@ -193,8 +196,12 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
 void AdaptiveRefinement::beginFrame(const BlockSet& live, const BlockSet& uncertain) {
   begun_ = meter_.elapsed();
   ++frame_;
-  live_ = &live;
-  runs_ = live.runs();
+  live_ = live;
+  // What is not even on the usual lattice yet joins in.
+  for (size_t b = 0; b < live_.size(); ++b)
+    if (uncertain.contains(b) && stride_[b] > 4) live_.set(b, true);
+  added_.clear();
+  runs_ = live_.runs();
   blend_.beginFrame();
   queue_.clear();
   fine_.clear();
@@ -206,8 +213,8 @@ void AdaptiveRefinement::beginFrame(const BlockSet& live, const BlockSet& uncert
   uncertainUnits_.clear();
   liveBlocks_ = 0;
   std::vector<uint8_t> holdsLive(unitWork_.size(), 0), holdsUncertain(unitWork_.size(), 0);
-  for (size_t b = 0; b < live.size(); ++b) {
-    if (live.contains(b)) {
+  for (size_t b = 0; b < live_.size(); ++b) {
+    if (live_.contains(b)) {
       holdsLive[unitOf_[b]] = 1;
       ++liveBlocks_;
     }
@@ -235,7 +242,7 @@ AdaptiveRefinement::ErrorCurve AdaptiveRefinement::errorCurve(int baseStride) co
   ErrorCurve curve;
   for (const BlockRun& run : runs_)
     for (int column = run.first; column < run.last; ++column) {
-      const size_t b = live_->index(column, run.row);
+      const size_t b = live_.index(column, run.row);
       const double e4 = error4_[b], e2 = std::min(error2_[b], error4_[b]);
       curve.total += baseStride == 4 ? e4 : std::max(double(error8_[b]), e4);
       if (e2 / 3 > e4 - e2) {
@@ -298,25 +305,28 @@ void AdaptiveRefinement::findUnitGains() {
   for (const uint32_t unit : units_) unitGain_[unit] = 0;
   for (const BlockRun& run : runs_)
     for (int column = run.first; column < run.last; ++column) {
-      const size_t b = live_->index(column, run.row);
+      const size_t b = live_.index(column, run.row);
       unitGain_[unitOf_[b]] += std::max(0.0, double(error8_[b]) - double(error4_[b]));
     }
 }
 
 // What this frame showed about how errors follow from one another.
-void AdaptiveRefinement::learn(const FrameStatistics& statistics) {
+void AdaptiveRefinement::learn(const BlockSet& uncertain, const FrameStatistics& statistics) {
   if (plan_.stride == 8 && seen_.expected8 > 0)
     ratio8_ = std::clamp(std::lerp(ratio8_, ratio8_ * seen_.error8 / seen_.expected8, 0.5), 0.002, 1.0);
   if (seen_.expected4 > 0)
     ratio4_ = std::clamp(std::lerp(ratio4_, ratio4_ * seen_.error4 / seen_.expected4, 0.5), 0.002, 1.0);
   if (seen_.expected2 > 0)
     ratio2_ = std::clamp(std::lerp(ratio2_, seen_.error2 / seen_.expected2, 0.5), 0.002, 1.0);
-  double lateral = 0;
-  for (const BlockRun& run : runs_)
-    for (int column = run.first; column < run.last; ++column)
-      lateral += modelledError(live_->index(column, run.row)) * kBlockPixels;
-  if (!statistics.error || lateral <= 0) return;
-  const double bias = probe_.stepBias(stepLevel_) * kBlockPixels * double(liveBlocks_);
+  if (!statistics.error) return;
+  double lateral = 0, pixels = 0;
+  for (size_t b = 0; b < uncertain.size(); ++b)
+    if (uncertain.contains(b)) {
+      lateral += modelledError(b) * kBlockPixels;
+      pixels += kBlockPixels;
+    }
+  if (lateral <= 0) return;
+  const double bias = probe_.stepBias(stepLevel_) * pixels;
   const double measured = std::max(measuredError_ - bias, 0.05 * measuredError_);
   lateralScale_ = std::clamp(std::lerp(lateralScale_, measured / lateral, 0.3), 0.05, 20.0);
 }
@@ -334,10 +344,11 @@ double AdaptiveRefinement::modelledError(size_t block) const {
   }
 }
 
-double AdaptiveRefinement::exactSamples() const {
-  double samples = 0;
-  for (const uint32_t unit : units_) samples += unitWork_[unit].samples;
-  return samples * (kUnitBlocks * kUnitBlocks * kBlockPixels / kLanes);
+CastWork AdaptiveRefinement::exactWork(const BlockSet& blocks) const {
+  CastWork work;
+  for (size_t b = 0; b < blocks.size(); ++b)
+    if (blocks.contains(b)) work += unitWork_[unitOf_[b]];
+  return work * (kBlockPixels / kLanes);
 }
 
 void AdaptiveRefinement::takeExactTile(int tile) {

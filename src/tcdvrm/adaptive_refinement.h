@@ -36,16 +36,18 @@ class AdaptiveRefinement {
   /// After SceneState::start, with the exact image of it: forgets everything and learns from it.
   void restart();
 
-  /// Finds the live blocks of the image anew. `uncertain`: these and others that are not exact; the error
-  /// that is reported is over all of them.
+  /// Finds the live blocks of the image anew, and refines further, where that is worth more, what earlier
+  /// frames left of the others that are uncertain: not exact. The error that is reported is over all
+  /// uncertain ones, which include the live.
   void refine(const BlockSet& live, const BlockSet& uncertain, FrameStatistics& statistics);
 
-  /// Samples that casting everything the last refinement was about would take, by what its packets of stride
-  /// 4 took.
-  double exactSamples() const;
+  /// What casting these blocks exactly would take, by what packets of stride 4 took there last.
+  CastWork exactWork(const BlockSet& blocks) const;
 
   /// A tile of the image was made exact by somebody else.
   void takeExactTile(int tile);
+  /// All tiles of a block are exact.
+  void takeExactBlock(size_t block) { stride_[block] = 1; }
 
   /// From which stride a block's pixels were interpolated; 1: all were cast.
   int strideOf(size_t block) const { return stride_[block]; }
@@ -96,7 +98,7 @@ class AdaptiveRefinement {
 
   void learnInterpolation();
   void learnSampling();
-  void learn(const FrameStatistics& statistics);
+  void learn(const BlockSet& uncertain, const FrameStatistics& statistics);
 
   void beginFrame(const BlockSet& live, const BlockSet& uncertain);
   double castingBudget();
@@ -121,6 +123,8 @@ class AdaptiveRefinement {
   void charge(size_t packets, bool wide);
 
   void queueBlocks();
+  void queueOwed(const BlockSet& uncertain);
+  void takeUp(uint32_t block);
   void refineBlocks();
   bool takeItems(std::vector<Item>& items);
   void refineUnits(std::span<const uint32_t> units);
@@ -133,6 +137,7 @@ class AdaptiveRefinement {
   void pushStride1(uint32_t block);
 
   void assemble();
+  void assemble(std::span<const BlockRun> runs, const DetailBlend* blend);
   void writeBlock(uint32_t block);
   void measureError(const BlockSet& uncertain, FrameStatistics& statistics);
   void topUp();
@@ -169,7 +174,8 @@ class AdaptiveRefinement {
   // Of this frame.
   uint32_t frame_ = 0;
   double begun_ = 0, reserve_ = 0, measuredError_ = 0;
-  const BlockSet* live_ = nullptr;
+  BlockSet live_;   // to be found anew
+  BlockSet added_;  // owed ones that were taken up
   std::vector<BlockRun> runs_;
   std::vector<uint32_t> unitOrder_, units_, uncertainUnits_;
   size_t liveBlocks_ = 0;

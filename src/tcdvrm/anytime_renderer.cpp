@@ -9,9 +9,6 @@
 namespace kairos {
 namespace {
 
-// Changes that reach so much of what is visible leave nothing to be found out about single tiles.
-constexpr double kEverything = 0.8;
-
 // An exact frame is begun when it is expected to take at most so much of the budget.
 constexpr double kExactShare = 0.92;
 constexpr size_t kFewestTiles = 64;  // of a batch, where they fit
@@ -69,16 +66,17 @@ void AnytimeRenderer::renderWhole() {
 
 void AnytimeRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& applied) {
   Stopwatch clock;
-  visibility_.follow(applied);
-  const ExactImage::Reach reach = exact_.reachOf(applied);
-  const double samples = double(reach.touched) * samplesPerLatticeSample_;
-  const bool everything = double(reach.touched) >= kEverything * double(reach.visible);
-  if (everything && !fits({samples, samples * segmentsPerSample_})) {
+  const BlockSet& touched = visibility_.follow(applied);
+  // Where exact rays are out of reach, finding out which of them changed is left for later.
+  if (!fits(refinement_.exactWork(touched))) {
     exact_.note(applied);
     unmarked_ = true;
     statistics_.selectMs += clock.lap();
-    refineEverything();
-    learnSamples(double(reach.visible), refinement_.exactSamples());
+    refineUnmarked(touched);
+    // Of all lattice samples, those that changes touch as far as blocks tell.
+    const auto count = [](const BlockSet& blocks) { return double(std::max(blocks.count(), size_t(1))); };
+    learnSamples(double(exact_.reachOf(applied).visible) * count(touched) / count(shown_),
+                 refinement_.exactWork(touched).samples);
   } else {
     if (unmarked_) exact_.mark();  // earlier steps' apart from this one's
     unmarked_ = false;
@@ -95,12 +93,16 @@ bool AnytimeRenderer::fits(CastWork exact) {
   return meter_.cost(exact) <= kExactShare * meter_.remaining();
 }
 
-void AnytimeRenderer::refineEverything() {
+// All that shows anything may be inexact, since earlier changes were not followed to the rays.
+void AnytimeRenderer::refineUnmarked(const BlockSet& touched) {
   const BlockSet visible = visibility_.blocks();
-  BlockSet live = visible;
-  for (size_t b = 0; b < live.size(); ++b)
-    if (shown_.contains(b)) live.set(b, true);
-  refine(live, live);
+  BlockSet live = touched, uncertain = visible;
+  for (size_t b = 0; b < live.size(); ++b) {
+    const bool shows = visible.contains(b) || shown_.contains(b);
+    if (shows && live.contains(b)) uncertain.set(b, true);
+    if (!shows) live.set(b, false);
+  }
+  refine(live, uncertain);
   shown_ = visible;
 }
 
@@ -130,7 +132,8 @@ void AnytimeRenderer::refineTouched() {
 }
 
 void AnytimeRenderer::refine(const BlockSet& live, const BlockSet& uncertain) {
-  for (size_t b = 0; b < live.size(); ++b) approximated_[b] |= uint8_t(live.contains(b));
+  for (size_t b = 0; b < live.size(); ++b)
+    approximated_[b] |= uint8_t(live.contains(b) || (uncertain.contains(b) && refinement_.strideOf(b) > 1));
   refinement_.refine(live, uncertain, statistics_);
   if (!statistics_.error) {
     // What a budget too small left from an earlier step has an error that nobody has seen.
@@ -153,6 +156,7 @@ void AnytimeRenderer::restoreExact() {
       else
         tiles.push_back(tile);
     });
+    if (!approximated_[b]) refinement_.takeExactBlock(b);
   }
   exact_.show(tiles);
   for (const uint32_t tile : tiles) refinement_.takeExactTile(int(tile));

@@ -35,7 +35,7 @@ class AnytimeRenderer : public FrameRenderer {
   size_t blockOf(uint32_t tile) const;
   CastWork exactWork(uint32_t tile) const;
   bool fits(CastWork exact);
-  void refineEverything();
+  void refineUnmarked(const BlockSet& touched);
   void refineTouched();
   void refine(const BlockSet& live, const BlockSet& uncertain);
   size_t castExactly(std::span<const uint32_t> tiles, bool whole);

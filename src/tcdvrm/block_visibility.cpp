@@ -6,7 +6,7 @@
 namespace kairos {
 
 BlockVisibility::BlockVisibility(const TileCaster& caster, const SceneState& scene)
-    : scene_(scene), blocks_(scene.settings().width, scene.settings().height) {
+    : scene_(scene), blocks_(scene.settings().width, scene.settings().height), touched_(blocks_) {
   std::vector<std::vector<Crossing>> rows(static_cast<size_t>(blocks_.rows()));
   scene.pool().forEach(rows.size(), 1, [&](size_t begin, size_t end) {
     for (size_t row = begin; row < end; ++row)
@@ -21,7 +21,7 @@ BlockVisibility::BlockVisibility(const TileCaster& caster, const SceneState& sce
   entries_.resize(cellBegin_.back());
   std::vector<uint64_t> next(cellBegin_.begin(), cellBegin_.end() - 1);
   for (const auto& row : rows)
-    for (const Crossing& c : row) entries_[next[c.cell]++] = {c.block, false, c.windows};
+    for (const Crossing& c : row) entries_[next[c.cell]++] = {c.block, false, c.windows, c.subBlocks};
 }
 
 // Appends one crossing for each brick that the block's rays meet.
@@ -38,12 +38,15 @@ void BlockVisibility::findCrossings(const TileCaster& caster, const Vec3i& gridS
       const TileRays rays = view.rays(tile);
       for (const Segment& segment : segments) {
         const uint64_t windows = touchedWindows(view, rays, gridSize, segment);
+        const uint64_t subBlocks = touchedSubBlocks(view, rays, gridSize, segment);
         const auto same = std::find_if(crossings.begin() + long(first), crossings.end(),
                                        [&](const Crossing& c) { return c.cell == segment.cell; });
-        if (same == crossings.end())
-          crossings.push_back({segment.cell, block, windows});
-        else
+        if (same == crossings.end()) {
+          crossings.push_back({segment.cell, block, windows, subBlocks});
+        } else {
           same->windows |= windows;
+          same->subBlocks |= subBlocks;
+        }
       }
     }
 }
@@ -51,21 +54,34 @@ void BlockVisibility::findCrossings(const TileCaster& caster, const Vec3i& gridS
 void BlockVisibility::restart() {
   for (Entry& entry : entries_) entry.visible = false;
   visibleEntries_.assign(blocks_.size(), 0);
-  for (uint32_t cell = 0; cell + 1 < cellBegin_.size(); ++cell) judge(cell);
+  windows_.assign(cellBegin_.size() - 1, 0);
+  for (uint32_t cell = 0; cell + 1 < cellBegin_.size(); ++cell) judge(cell, [](const Entry&) {});
 }
 
-void BlockVisibility::follow(const AppliedChanges& applied) {
-  for (size_t i = 0; i < applied.cells.size(); ++i)
-    if (applied.visibleBefore[i] || scene_.occupancy().visible(applied.cells[i])) judge(applied.cells[i]);
+const BlockSet& BlockVisibility::follow(const AppliedChanges& applied) {
+  touched_.clear();
+  for (size_t i = 0; i < applied.cells.size(); ++i) {
+    const uint32_t cell = applied.cells[i];
+    const uint64_t either = windows_[cell] | scene_.occupancy().windows()[cell];
+    if (either == 0) continue;
+    const uint64_t changed = applied.subBlocks[i];
+    judge(cell, [&](const Entry& entry) {
+      if ((entry.windows & either) != 0 && (entry.subBlocks & changed) != 0) touched_.set(entry.block, true);
+    });
+  }
+  return touched_;
 }
 
-void BlockVisibility::judge(uint32_t cell) {
-  const uint64_t windows = scene_.occupancy().windows()[cell];
+// Brings the entries of a cell up to date, and calls body(entry) for each.
+template <class Body>
+void BlockVisibility::judge(uint32_t cell, Body&& body) {
+  const uint64_t windows = windows_[cell] = scene_.occupancy().windows()[cell];
   for (uint64_t e = cellBegin_[cell]; e < cellBegin_[cell + 1]; ++e) {
     Entry& entry = entries_[e];
     const bool visible = (entry.windows & windows) != 0;
     visibleEntries_[entry.block] += uint32_t(visible) - uint32_t(entry.visible);
     entry.visible = visible;
+    body(entry);
   }
 }
 

@@ -20,8 +20,9 @@ class BlockVisibility {
 
   /// After SceneState::start.
   void restart();
-  /// After SceneState::apply.
-  void follow(const AppliedChanges& applied);
+  /// After SceneState::apply. Returns the blocks whose rays read changed voxels through windows that are or
+  /// were visible; all others show what they showed before, exactly.
+  const BlockSet& follow(const AppliedChanges& applied);
 
   bool visible(size_t block) const { return visibleEntries_[block] > 0; }
   /// All that are visible.
@@ -32,18 +33,20 @@ class BlockVisibility {
   struct Entry {
     uint32_t block;
     bool visible;
-    uint64_t windows;
+    uint64_t windows, subBlocks;
   };
   struct Crossing {
     uint32_t cell, block;
-    uint64_t windows;
+    uint64_t windows, subBlocks;
   };
   static void findCrossings(const TileCaster& caster, const Vec3i& gridSize, const BlockSet& blocks,
                             uint32_t block, std::vector<Crossing>& crossings);
-  void judge(uint32_t cell);
+  template <class Body>
+  void judge(uint32_t cell, Body&& body);
 
   const SceneState& scene_;
-  BlockSet blocks_;                  // an empty one of the image's size
+  BlockSet blocks_, touched_;        // blocks_: an empty one of the image's size
+  std::vector<uint64_t> windows_;    // per cell: visible ones, as of the last step
   std::vector<uint64_t> cellBegin_;  // of its entries, per cell
   std::vector<Entry> entries_;
   std::vector<uint32_t> visibleEntries_;  // per block

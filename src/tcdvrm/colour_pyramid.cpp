@@ -88,8 +88,7 @@ void ColourPyramid::interpolate(int level, std::span<const BlockRun> runs, const
         interpolateRun(level, runs[r], blend, line);
         continue;
       }
-      for (const BlockRun& part : withoutBlank(runs[r], blend != nullptr))
-        interpolateRun(level, part, blend, line);
+      for (const BlockRun& part : clearBlank(runs[r])) interpolateRun(level, part, blend, line);
     }
   });
 }
@@ -112,22 +111,31 @@ bool ColourPyramid::coarseBlank(int row, int column) const {
   return true;
 }
 
-// The blocks of a run whose pixels are not all zero before and after.
-std::vector<BlockRun> ColourPyramid::withoutBlank(const BlockRun& run, bool blended) {
-  std::vector<BlockRun> parts;
+// Makes the blocks of a run zero that lie among nothing but zeros, whatever detail they had. Returns the
+// others.
+std::vector<BlockRun> ColourPyramid::clearBlank(const BlockRun& run) {
+  std::vector<BlockRun> others;
   for (int column = run.first; column < run.last; ++column) {
     uint8_t& blank = blank_[blocks_.index(column, run.row)];
-    const bool becomesBlank = coarseBlank(run.row, column);
-    if (!(becomesBlank && blank)) {
-      if (!parts.empty() && parts.back().last == column)
-        ++parts.back().last;
-      else
-        parts.push_back({run.row, column, column + 1});
+    if (coarseBlank(run.row, column)) {
+      if (!blank) clearBlock(run.row, column);
+      blank = 1;
+      continue;
     }
-    // The detail of the old image may be more than nothing.
-    blank = becomesBlank && (blank || !blended);
+    blank = 0;
+    if (!others.empty() && others.back().last == column)
+      ++others.back().last;
+    else
+      others.push_back({run.row, column, column + 1});
   }
-  return parts;
+  return others;
+}
+
+void ColourPyramid::clearBlock(int row, int column) {
+  const NodeGrid& g = grid(0);
+  const int begin = column * kBlockEdge, end = std::min(begin + kBlockEdge, g.columns);
+  for (int j = row * kBlockEdge; j < std::min((row + 1) * kBlockEdge, g.rows); ++j)
+    std::fill(g.node(begin, j), g.node(begin, j) + size_t(end - begin) * 4, 0.0f);
 }
 
 void ColourPyramid::interpolateRun(int level, const BlockRun& run, const DetailBlend* blend,

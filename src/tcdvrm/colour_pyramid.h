@@ -60,7 +60,8 @@ class ColourPyramid {
   template <class Body>
   void forLambdas(int level, NodeRange columns, int j, const DetailBlend* blend, Body&& body);
   bool coarseBlank(int row, int column) const;
-  std::vector<BlockRun> withoutBlank(const BlockRun& run, bool blended);
+  std::vector<BlockRun> clearBlank(const BlockRun& run);
+  void clearBlock(int row, int column);
   void interpolateRun(int level, const BlockRun& run, const DetailBlend* blend, std::vector<float>& line);
   void interpolateRow(int level, NodeRange columns, int j, float lambda, std::vector<float>& line);
 

@@ -1,6 +1,7 @@
 // Which parts of an image a frame has to find anew.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -31,6 +32,7 @@ class BlockSet {
   /// The block that holds a pixel.
   size_t blockAt(int x, int y) const { return index(x / kBlockEdge, y / kBlockEdge); }
   void set(size_t block, bool in) { flags_[block] = in; }
+  size_t count() const { return size_t(std::count(flags_.begin(), flags_.end(), uint8_t(1))); }
   void clear() { flags_.assign(flags_.size(), 0); }
 
   std::vector<BlockRun> runs() const {

@@ -13,27 +13,31 @@ constexpr size_t kFewestTiles = 4;  // of a batch, where they fit
 
 // From the nodes of stride 2 and the blocks that are cast whole to the image.
 void AdaptiveRefinement::assemble() {
-  BlockSet interpolated = *live_;
-  for (const BlockRun& run : runs_)
+  assemble(runs_, blending_ ? &blend_ : nullptr);
+  assemble(added_.runs(), nullptr);
+}
+
+void AdaptiveRefinement::assemble(std::span<const BlockRun> runs, const DetailBlend* blend) {
+  BlockSet interpolated(image_.width, image_.height);
+  std::vector<uint32_t> whole;
+  for (const BlockRun& run : runs)
     for (int column = run.first; column < run.last; ++column) {
-      const size_t b = live_->index(column, run.row);
-      if (stride_[b] == 1) interpolated.set(b, false);
+      const size_t b = live_.index(column, run.row);
+      if (stride_[b] == 1)
+        whole.push_back(uint32_t(b));
+      else
+        interpolated.set(b, true);
     }
-  scene_.pool().forEach(runs_.size(), 4, [&](size_t begin, size_t end) {
-    for (size_t r = begin; r < end; ++r)
-      for (int column = runs_[r].first; column < runs_[r].last; ++column) {
-        const size_t b = live_->index(column, runs_[r].row);
-        if (stride_[b] == 1) writeBlock(uint32_t(b));
-      }
+  scene_.pool().forEach(whole.size(), 64, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) writeBlock(whole[i]);
   });
-  const std::vector<BlockRun> runs = interpolated.runs();
-  pyramid_.interpolate(0, runs, blending_ ? &blend_ : nullptr);
+  pyramid_.interpolate(0, interpolated.runs(), blend);
 }
 
 void AdaptiveRefinement::writeBlock(uint32_t block) {
   pyramid_.takeFinePixels(block);
   const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
-  const int i0 = int(block) % live_->columns() * kTileEdge, j0 = int(block) / live_->columns() * kTileEdge;
+  const int i0 = int(block) % live_.columns() * kTileEdge, j0 = int(block) / live_.columns() * kTileEdge;
   for (int lane = 0; lane < kLanes; ++lane) {
     const int i = i0 + lane % kTileEdge, j = j0 + lane / kTileEdge;
     if (i >= half.columns || j >= half.rows) continue;
@@ -99,14 +103,14 @@ bool AdaptiveRefinement::takeWholeBlocks(std::vector<uint32_t>& tiles) {
 
 size_t AdaptiveRefinement::blockOfTile(uint32_t tile) const {
   const auto tilesX = uint32_t(exactTiles_.view().tilesX());
-  return live_->index(int(tile % tilesX / 2), int(tile / tilesX / 2));
+  return live_.index(int(tile % tilesX / 2), int(tile / tilesX / 2));
 }
 
 void AdaptiveRefinement::appendTiles(uint32_t block, std::vector<uint32_t>& tiles) {
   const ViewRays& view = exactTiles_.view();
   for (int tile = 0; tile < kTilesPerBlock; ++tile) {
-    const int x = int(block) % live_->columns() * 2 + (tile & 1);
-    const int y = int(block) / live_->columns() * 2 + (tile >> 1);
+    const int x = int(block) % live_.columns() * 2 + (tile & 1);
+    const int y = int(block) / live_.columns() * 2 + (tile >> 1);
     if (x < view.tilesX() && y < view.tilesY()) tiles.push_back(uint32_t(y * view.tilesX() + x));
   }
   stride_[block] = 1;

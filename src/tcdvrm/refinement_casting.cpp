@@ -68,7 +68,7 @@ size_t AdaptiveRefinement::castInBatches(std::span<const Packet> packets, Take&&
 void AdaptiveRefinement::castLattice() {
   for (const BlockRun& run : runs_)
     for (int column = run.first; column < run.last; ++column)
-      stride_[live_->index(column, run.row)] = uint8_t(plan_.stride);
+      stride_[live_.index(column, run.row)] = uint8_t(plan_.stride);
   if (plan_.stride > 4) return castCoarseLattice();
   packets_.clear();
   for (const uint32_t unit : units_)
@@ -113,7 +113,7 @@ void AdaptiveRefinement::expectFromCoarse() {
       if (((column | run.row) & 1) == 0 || (column & run.row & 1)) continue;
       const Float4 cubic = column & 1 ? ColourPyramid::cubicAlongRow(grid, column, run.row, 1)
                                       : ColourPyramid::cubicAlongColumn(grid, column, run.row, 1);
-      const size_t b = live_->index(column, run.row);
+      const size_t b = live_.index(column, run.row);
       const float shown = squaredDistance(grid.node(column, run.row), cubic);
       error8_[b] = 0.5f * (error8_[b] + shown * float(ratio8_));
     }
@@ -129,8 +129,8 @@ void AdaptiveRefinement::keepNodes(const Packet& packet, const PacketColours& co
     const int i = i0 + lane % kTileEdge, j = j0 + lane / kTileEdge;
     if (i >= grid.columns || j >= grid.rows) continue;
     const int x = i * grid.stride, y = j * grid.stride;
-    const size_t block = live_->blockAt(x, y);
-    if (!live_->contains(block)) continue;
+    const size_t block = live_.blockAt(x, y);
+    if (!live_.contains(block)) continue;
     store4(grid.node(i, j), load4(colours.rgba[lane]));
     markCast(x, y);
     if (packet.lattice == RefinementRays::stride4) stride_[block] = 4;
@@ -144,12 +144,28 @@ void AdaptiveRefinement::queueBlocks() {
       queue_.push(float(unitGain_[unit] / effort(workOf(unit, stepLevel_))), {unit, 4});
   for (const BlockRun& run : runs_)
     for (int column = run.first; column < run.last; ++column)
-      if (stride_[live_->index(column, run.row)] == 4) pushStride2(column, run.row);
+      if (stride_[live_.index(column, run.row)] == 4) pushStride2(column, run.row);
+}
+
+// What earlier frames left at a stride of 4 or 2 goes on from there.
+void AdaptiveRefinement::queueOwed(const BlockSet& uncertain) {
+  for (uint32_t b = 0; b < uncertain.size(); ++b) {
+    if (!uncertain.contains(b) || live_.contains(b)) continue;
+    if (stride_[b] == 2) pushStride1(b);
+    if (stride_[b] != 4) continue;
+    const double gain = std::max(double(error4_[b] - error2_[b]), double(error4_[b]) / 4);
+    queue_.push(float(gain / effort(workOf(unitOf_[b], stepLevel_))), {b, 2});
+  }
+}
+
+// Is it one that earlier frames left?
+void AdaptiveRefinement::takeUp(uint32_t block) {
+  if (!live_.contains(block)) added_.set(block, true);
 }
 
 // With the error that an earlier frame saw there, and that this frame's lattice lets expect.
 void AdaptiveRefinement::pushStride2(int column, int row) {
-  const auto b = uint32_t(live_->index(column, row));
+  const auto b = uint32_t(live_.index(column, row));
   const float shown = latticeResidual(column, row);
   seen_.error8 += shown;
   seen_.expected8 += error8_[b];
@@ -225,8 +241,8 @@ std::vector<uint32_t> AdaptiveRefinement::liveBlocksOf(uint32_t unit) const {
   for (int b = 0; b < kUnitBlocks * kUnitBlocks; ++b) {
     const int column = int(unit) % width * kUnitBlocks + b % kUnitBlocks;
     const int row = int(unit) / width * kUnitBlocks + b / kUnitBlocks;
-    if (column < live_->columns() && row < live_->rows() && live_->contains(column, row))
-      blocks.push_back(uint32_t(live_->index(column, row)));
+    if (column < live_.columns() && row < live_.rows() && live_.contains(column, row))
+      blocks.push_back(uint32_t(live_.index(column, row)));
   }
   return blocks;
 }
@@ -239,7 +255,7 @@ AdaptiveRefinement::Packet AdaptiveRefinement::phasePacket(uint32_t block, int p
 // The nodes of stride 2 of a block: they tell its error at stride 4, and how much of the old detail persists.
 void AdaptiveRefinement::takeStride2(uint32_t block, const PacketColours& colours) {
   const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
-  const int i0 = int(block) % live_->columns() * kTileEdge, j0 = int(block) / live_->columns() * kTileEdge;
+  const int i0 = int(block) % live_.columns() * kTileEdge, j0 = int(block) / live_.columns() * kTileEdge;
   float sum = 0;
   int count = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -252,9 +268,11 @@ void AdaptiveRefinement::takeStride2(uint32_t block, const PacketColours& colour
     store4(half.node(i, j), load4(colours.rgba[lane]));
     markCast(2 * i, 2 * j);
   }
+  takeUp(block);
   for (const auto& [x, y] : kProbes) {
     const int i = i0 + x, j = j0 + y;
-    if (i >= half.columns || j >= half.rows) continue;
+    // The old image shows an earlier step only in live blocks.
+    if (i >= half.columns || j >= half.rows || !live_.contains(block)) continue;
     const Float4 now = load4(half.node(i, j)), before = load4(full.node(2 * i, 2 * j));
     if (i & 1)
       blend_.observe(1, 2 * i, 2 * j, now - ColourPyramid::cubicAlongRow(half, i, j, 1),
@@ -276,7 +294,9 @@ void AdaptiveRefinement::takeStride2(uint32_t block, const PacketColours& colour
 // The other pixels of a block, in three packets.
 void AdaptiveRefinement::takeStride1(uint32_t block, const PacketColours* phases) {
   const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
-  const int x0 = int(block) % live_->columns() * kBlockEdge, y0 = int(block) / live_->columns() * kBlockEdge;
+  const int x0 = int(block) % live_.columns() * kBlockEdge, y0 = int(block) / live_.columns() * kBlockEdge;
+  takeUp(block);
+  const bool live = live_.contains(block);
   float sum = 0;
   for (const auto& [lane, phase] : kFineProbes) {
     const int i = x0 / 2 + lane % kTileEdge, j = y0 / 2 + lane / kTileEdge;
@@ -288,8 +308,8 @@ void AdaptiveRefinement::takeStride1(uint32_t block, const PacketColours* phases
         now - (row ? ColourPyramid::cubicAfterColumn(half, i, j) : ColourPyramid::cubicAfterRow(half, i, j));
     const Float4 before = load4(full.node(x, y)) - (row ? ColourPyramid::cubicAlongRow(full, x, y, 1)
                                                         : ColourPyramid::cubicAlongColumn(full, x, y, 1));
-    blend_.observe(0, x, y, residual, before);
-    const Float4 left = blending_ ? residual - blend_.lambda(0, x, y) * before : residual;
+    if (live) blend_.observe(0, x, y, residual, before);
+    const Float4 left = blending_ && live ? residual - blend_.lambda(0, x, y) * before : residual;
     sum += sum4(left * left);
   }
   stride_[block] = 1;
