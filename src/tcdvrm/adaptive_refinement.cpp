@@ -11,7 +11,9 @@
 namespace kairos {
 namespace {
 
-constexpr double kErrorShare = 0.08;  // of the budget, for the rays that measure the error
+constexpr double kErrorShare = 0.08;    // of the budget, for the rays that measure the error
+constexpr double kBlendShare = 0.1;     // of the time for rays, for keeping what blending needs
+constexpr double kLatticeShare = 0.85;  // of the budget, for the lattice to start from: it must not break off
 constexpr double kHysteresis = 1.1;
 constexpr double kSegmentSamples = 20;  // what a packet's segment takes, in samples
 constexpr double kSmallestBatchMs = 0.1, kSmallestBatchPackets = 16;
@@ -112,7 +114,7 @@ void AdaptiveRefinement::learnSampling() {
   std::vector<PacketColours> exact;
   for (int level = 0; level < StepLevels::kCount; ++level) {
     packets_.clear();
-    for (const uint32_t unit : unitOrder_) packets_.push_back({RefinementRays::stride4, int(unit), unit, {}});
+    for (const uint32_t unit : unitOrder_) packets_.push_back({RefinementRays::stride4, int(unit), unit});
     stepLevel_ = level;
     castBatch(packets_);
     if (level == 0) {
@@ -130,7 +132,7 @@ void AdaptiveRefinement::learnSampling() {
   }
   packets_.clear();
   for (int tile = 0; tile < rays_.view(RefinementRays::stride8).tileCount(); ++tile)
-    packets_.push_back({RefinementRays::stride8, tile, 0, {}});
+    packets_.push_back({RefinementRays::stride8, tile, 0});
   stepLevel_ = 0;
   castBatch(packets_);
 }
@@ -170,8 +172,7 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
                                 FrameStatistics& statistics) {
   beginFrame(live, uncertain);
   choosePlan();
-  blending_ = blend_.worthwhile();
-  if (blending_) pyramid_.keepOld(runs_);
+  keepOld();
   const double selected = meter_.elapsed();
   total_ += probe_.cast(uncertainUnits_, workOf(0), kErrorShare * castingBudget(), meter_);
   raysCast_ += probe_.raysCast();
@@ -191,6 +192,16 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
   statistics.castMs += cast - selected + meter_.elapsed() - assembled;
   statistics.composeMs += assembled - cast;
   report(statistics);
+}
+
+// Blending is left out where what it needs would take much of the time for rays.
+void AdaptiveRefinement::keepOld() {
+  blending_ = blend_.worthwhile() &&
+              (!meter_.timed() || keepMs_.value() <= kBlendShare * (castingBudget() + keepMs_.value()));
+  if (!blending_) return;
+  const double begin = meter_.elapsed();
+  pyramid_.keepOld(runs_);
+  keepMs_.add(meter_.elapsed() - begin);
 }
 
 void AdaptiveRefinement::beginFrame(const BlockSet& live, const BlockSet& uncertain) {
@@ -287,9 +298,9 @@ void AdaptiveRefinement::choosePlan() {
       const double packet = std::max(meter_.cost(workOf(level)), 1e-12);
       const double lattice = double(units_.size()) * (stride == 4 ? 1 : wideCost() / 4);
       const double packets = budget / packet - lattice;
-      if (packets < 0) continue;
+      if (lattice * packet > kLatticeShare * budget) continue;
       // A coarser lattice is for what the usual one does not fit: its wide packets cost more than they save.
-      if (stride == 8 && budget > packet * double(units_.size())) continue;
+      if (stride == 8 && kLatticeShare * budget > packet * double(units_.size())) continue;
       const double lateral = (stride == 4 ? from4 : from8).after(packets);
       double error = probe_.stepBias(level) * double(liveBlocks_) + lateralScale_ * lateral;
       if (level != stepLevel_) error *= kHysteresis;

@@ -49,7 +49,8 @@ class AdaptiveRefinement {
   /// All tiles of a block are exact.
   void takeExactBlock(size_t block) { stride_[block] = 1; }
 
-  /// From which stride a block's pixels were interpolated; 1: all were cast.
+  /// From which stride a block's pixels were interpolated; 1: all were cast; 32: no ray met it in its last
+  /// frame.
   int strideOf(size_t block) const { return stride_[block]; }
   /// Expected squared error of a block's pixels, all channels added: a model, calibrated by the rays drawn to
   /// measure the error.
@@ -65,13 +66,13 @@ class AdaptiveRefinement {
  private:
   static constexpr int kUnitBlocks = 2;  // blocks along the edge of a unit
   static constexpr double kBlockPixels = kBlockEdge * kBlockEdge;
+  static constexpr int kNothing = 32;           // the stride of a block that no ray of the frame met
   static constexpr float kLeastError = 1e-12f;  // below what floats can show
 
   struct Packet {
     RefinementRays::Lattice lattice;
     int tile;
     uint32_t owner;  // block or unit
-    CastWork expected;
   };
   struct Item {
     uint32_t block;  // for a stride of 4: its unit
@@ -105,6 +106,7 @@ class AdaptiveRefinement {
   double batchBudget();
   double effort(CastWork work) const;
   double wideCost() const;
+  void keepOld();
   void choosePlan();
   void findUnitGains();
   ErrorCurve errorCurve(int baseStride) const;
@@ -114,8 +116,10 @@ class AdaptiveRefinement {
   double modelledError(size_t block) const;
 
   void castBatch(std::span<const Packet> packets);
-  template <class Take>
-  size_t castInBatches(std::span<const Packet> packets, Take&& take);
+  template <class Before, class Take>
+  size_t castInBatches(std::span<const Packet> packets, Before&& before, Take&& take);
+  double costOf(const Packet& packet) const;
+  void lengthenStep(std::span<const Packet> rest);
   void castLattice();
   void castCoarseLattice();
   void expectFromCoarse();
@@ -170,6 +174,8 @@ class AdaptiveRefinement {
   RunningMedian finishMsPerBlock_{0};
   double wideCost_ = 3;  // of packets of stride 8 and 16, to what their work lets expect
   int stepLevel_ = 0;
+  RunningMedian keepMs_{0};  // of what blending needs
+  uint32_t firstUnit_ = 0;   // of the next lattice
 
   // Of this frame.
   uint32_t frame_ = 0;

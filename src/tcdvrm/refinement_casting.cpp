@@ -45,15 +45,16 @@ void AdaptiveRefinement::charge(size_t packets, bool wide) {
 }
 
 // Casts packets in their order while the budget lasts; `take(packet, colours, work)` for each. Returns how
-// many were cast.
-template <class Take>
-size_t AdaptiveRefinement::castInBatches(std::span<const Packet> packets, Take&& take) {
+// many were cast. `before` is called with the packets left before each batch.
+template <class Before, class Take>
+size_t AdaptiveRefinement::castInBatches(std::span<const Packet> packets, Before&& before, Take&& take) {
   size_t done = 0;
   while (done < packets.size()) {
+    before(packets.subspan(done));
     const double budget = batchBudget();
     size_t end = done;
     for (double cost = 0; end < packets.size(); ++end) {
-      cost += meter_.cost(packets[end].expected);
+      cost += costOf(packets[end]);
       if (cost > budget) break;
     }
     if (end == done) break;
@@ -64,18 +65,46 @@ size_t AdaptiveRefinement::castInBatches(std::span<const Packet> packets, Take&&
   return done;
 }
 
+double AdaptiveRefinement::costOf(const Packet& packet) const {
+  return packet.lattice == RefinementRays::stride4 ? meter_.cost(workOf(packet.owner, stepLevel_))
+                                                   : meter_.cost(workOf(stepLevel_)) * wideCost();
+}
+
 // The nodes of stride 4 of all units, or a coarser lattice whose units wait for them in the queue.
 void AdaptiveRefinement::castLattice() {
   for (const BlockRun& run : runs_)
     for (int column = run.first; column < run.last; ++column)
-      stride_[live_.index(column, run.row)] = uint8_t(plan_.stride);
+      stride_[live_.index(column, run.row)] = uint8_t(kNothing);
   if (plan_.stride > 4) return castCoarseLattice();
   packets_.clear();
-  for (const uint32_t unit : units_)
-    packets_.push_back({RefinementRays::stride4, int(unit), unit, workOf(unit, stepLevel_)});
-  castInBatches(packets_, [&](const Packet& packet, const PacketColours& colours, const CastWork& work) {
-    takeStride4(packet, colours, work);
-  });
+  for (const uint32_t unit : units_) packets_.push_back({RefinementRays::stride4, int(unit), unit});
+  // It begins where the last one broke off, if it did.
+  const auto first = std::find(units_.begin(), units_.end(), firstUnit_);
+  if (first != units_.end())
+    std::rotate(packets_.begin(), packets_.begin() + (first - units_.begin()), packets_.end());
+  const size_t done = castInBatches(
+      packets_, [&](std::span<const Packet> rest) { lengthenStep(rest); },
+      [&](const Packet& packet, const PacketColours& colours, const CastWork& work) {
+        takeStride4(packet, colours, work);
+      });
+  tooSmall_ = done < packets_.size();
+  if (!tooSmall_) return;
+  firstUnit_ = packets_[done].owner;
+  // What was not reached stays as it is.
+  for (size_t b = 0; b < live_.size(); ++b)
+    if (live_.contains(b) && stride_[b] == kNothing) live_.set(b, false);
+  runs_ = live_.runs();
+}
+
+// A lattice that takes longer than was expected goes on with longer sample distances: part of it left out
+// would be far worse.
+void AdaptiveRefinement::lengthenStep(std::span<const Packet> rest) {
+  const double left = castingBudget();
+  for (; stepLevel_ < StepLevels::kCount - 1; ++stepLevel_) {
+    double cost = 0;
+    for (const Packet& packet : rest) cost += costOf(packet);
+    if (cost <= left) return;
+  }
 }
 
 void AdaptiveRefinement::takeStride4(const Packet& packet, const PacketColours& colours, CastWork work) {
@@ -95,11 +124,19 @@ void AdaptiveRefinement::castCoarseLattice() {
   for (const uint32_t u : units_) {
     const int tile = int(u) / width / edge * tiles + int(u) % width / edge;
     if (std::exchange(listed[size_t(tile)], uint8_t(1))) continue;
-    coarse.push_back({lattice, tile, 0, workOf(stepLevel_) * wideCost()});
+    coarse.push_back({lattice, tile, 0});
   }
-  const size_t done = castInBatches(coarse, [&](const Packet& packet, const PacketColours& colours,
-                                                const CastWork&) { keepNodes(packet, colours); });
+  const size_t done = castInBatches(
+      coarse, [&](std::span<const Packet> rest) { lengthenStep(rest); },
+      [&](const Packet& packet, const PacketColours& colours, const CastWork&) {
+        keepNodes(packet, colours);
+      });
   tooSmall_ = done < coarse.size();
+  for (const BlockRun& run : runs_)
+    for (int column = run.first; column < run.last && !tooSmall_; ++column) {
+      uint8_t& stride = stride_[live_.index(column, run.row)];
+      stride = std::min(stride, uint8_t(plan_.stride));
+    }
   if (plan_.stride == 16) pyramid_.interpolate(3, runs_, nullptr);
   pyramid_.interpolate(2, runs_, nullptr);
   if (plan_.stride == 8) expectFromCoarse();
@@ -133,7 +170,7 @@ void AdaptiveRefinement::keepNodes(const Packet& packet, const PacketColours& co
     if (!live_.contains(block)) continue;
     store4(grid.node(i, j), load4(colours.rgba[lane]));
     markCast(x, y);
-    if (packet.lattice == RefinementRays::stride4) stride_[block] = 4;
+    stride_[block] = std::min(stride_[block], uint8_t(grid.stride));
   }
 }
 
@@ -215,7 +252,7 @@ bool AdaptiveRefinement::takeItems(std::vector<Item>& items) {
     queue_.pop();
     items.push_back(item);
     if (item.stride == 4)
-      packets_.push_back({RefinementRays::stride4, int(unit), unit, {}});
+      packets_.push_back({RefinementRays::stride4, int(unit), unit});
     else if (item.stride == 2)
       packets_.push_back(phasePacket(item.block, 0));
     else
@@ -249,7 +286,7 @@ std::vector<uint32_t> AdaptiveRefinement::liveBlocksOf(uint32_t unit) const {
 
 AdaptiveRefinement::Packet AdaptiveRefinement::phasePacket(uint32_t block, int phase) const {
   // Packets of stride 2 are numbered like blocks.
-  return {RefinementRays::Lattice(RefinementRays::phase0 + phase), int(block), block, {}};
+  return {RefinementRays::Lattice(RefinementRays::phase0 + phase), int(block), block};
 }
 
 // The nodes of stride 2 of a block: they tell its error at stride 4, and how much of the old detail persists.
