@@ -44,6 +44,7 @@ AdaptiveRefinement::AdaptiveRefinement(const SceneState& scene, const TileCaster
   fineAt_.assign(blocks, 0);
   unitWork_.resize(unitOrder_.size());
   unitGain_.assign(unitOrder_.size(), 0);
+  unitError_.assign(unitOrder_.size(), 0);
   const BlockSet all(image.width, image.height);
   for (int row = 0; row < all.rows(); ++row)
     for (int column = 0; column < all.columns(); ++column)

@@ -194,8 +194,9 @@ class AdaptiveRefinement {
   } seen_;
   BlockQueue<Item> queue_;
   std::vector<uint8_t> stride_;
-  std::vector<double> unitGain_;  // per unit: what casting it at stride 4 takes of the error at 8
-  std::vector<uint32_t> fineAt_;  // per block at stride 1: its three packets in fine_
+  std::vector<double> unitError_;  // per unit: what is expected of it, uncertain blocks only
+  std::vector<double> unitGain_;   // per unit: what casting it at stride 4 takes of the error at 8
+  std::vector<uint32_t> fineAt_;   // per block at stride 1: its three packets in fine_
   std::vector<Packet> packets_;
   std::vector<PacketColours> fine_, colours_;  // colours_ and works_: of the last batch
   std::vector<CastWork> works_;

@@ -15,9 +15,6 @@ constexpr double kAgreement = 2.5;   // deviations by which frames may differ an
 constexpr double kBiasMemory = 0.8;
 constexpr size_t kFewestForBias = 8;
 
-// A unit's 16 drawn pixels stand for its 256.
-constexpr double kPixelsPerDrawn = 16;
-
 // 97.5 % quantile of Student's t, after Cornish and Fisher.
 double studentQuantile(double degrees) {
   constexpr double z = 1.959964, z3 = z * z * z, z5 = z3 * z * z;
@@ -101,27 +98,29 @@ void ErrorProbe::learnBias() {
   }
 }
 
-// The variance is that of neighbouring strata. The interval is symmetric for the logarithm, since a mean of
-// squares is skewed; a sample that missed the rare large errors shows too small a variance as well, so the
-// usual one counts where it is larger.
-std::optional<ErrorEstimate> ErrorProbe::estimate(std::span<const double> squaredErrors, double modelled,
+// The interval is symmetric for the logarithm, since a mean of squares is skewed; a sample that missed the
+// rare large errors shows too small a variance as well, so the usual one counts where it is larger.
+std::optional<ErrorEstimate> ErrorProbe::estimate(std::span<const UnitError> errors, double total,
                                                   double imageValues) {
-  double total = 0, variance = 0;
-  const auto part = [&](size_t i) { return drawn_[i].represents * squaredErrors[i] * kPixelsPerDrawn; };
+  double seen = 0, modelled = 0;
   for (size_t i = 0; i < drawn_.size(); ++i) {
-    total += part(i);
-    if (i == 0) continue;
-    const double difference = part(i) - part(i - 1);
-    variance += difference * difference / 2;
+    seen += drawn_[i].represents * errors[i].seen;
+    modelled += drawn_[i].represents * errors[i].modelled;
   }
-  if (total <= 0 || modelled <= 0) return std::nullopt;
+  if (seen <= 0 || modelled <= 0 || total <= 0) return std::nullopt;
+  const double ratio = seen / modelled;
+  double variance = 0;
+  for (size_t i = 0; i < drawn_.size(); ++i) {
+    const double residual = drawn_[i].represents * (errors[i].seen - ratio * errors[i].modelled);
+    variance += residual * residual;
+  }
   const double n = double(drawn_.size());
-  const double deviation = std::sqrt(variance * n / (n - 1)) / total, logRatio = std::log(total / modelled);
+  const double deviation = std::sqrt(variance * n / (n - 1)) / seen, logRatio = std::log(ratio);
   const bool agrees =
       spread_ > 0 && std::abs(logRatio - logRatio_) < kAgreement * std::max(spread_, deviation);
   logRatio_ = agrees ? logRatio_ + kNewest * (logRatio - logRatio_) : logRatio;
   spread_ = agrees ? spread_ + kNewest * (deviation - spread_) : deviation;
-  const double rmse = std::sqrt(modelled * std::exp(logRatio_) / imageValues);
+  const double rmse = std::sqrt(total * std::exp(logRatio_) / imageValues);
   const double half = studentQuantile(n - 1) * std::max(spread_, deviation) / 2;
   return ErrorEstimate{rmse, rmse * std::exp(-half), rmse * std::exp(half)};
 }

@@ -40,10 +40,12 @@ class ErrorProbe {
   /// From the rays cast: the RMSE over the whole image, everything outside the units being exact, with a 95 %
   /// interval; nothing when fewer than two units were drawn or none of their rays differs. Calls `inside(x,
   /// y)`: is the pixel one that may be wrong? and `take(x, y, rgba)` with every ray's colour, to be put into
-  /// the image. `modelled` is the sum of squared errors that is expected: how far it is off is smoothed over
-  /// the frames, as long as they agree, since few rays miss rare large errors.
-  template <class Inside, class Take>
-  std::optional<ErrorEstimate> measure(const Image& image, double modelled, Inside&& inside, Take&& take);
+  /// the image. `modelled(unit)` is the sum of squared errors that is expected of a unit, and `total` that of
+  /// all units: the rays tell by what factor it is off (a ratio estimate; Cochran 1977, chapter 6), which is
+  /// smoothed over the frames, as long as they agree, since few rays miss rare large errors.
+  template <class Modelled, class Inside, class Take>
+  std::optional<ErrorEstimate> measure(const Image& image, Modelled&& modelled, double total, Inside&& inside,
+                                       Take&& take);
 
   /// Mean squared difference, all channels added, of rays of a step level to the exact ones.
   double stepBias(int level) const { return stepBias_[size_t(level)]; }
@@ -62,8 +64,11 @@ class ErrorProbe {
   void draw(std::span<const uint32_t> units, size_t count);
   void castUnit(Drawn& drawn, bool allLevels, PreparedTile& scratch) const;
   void learnBias();
-  std::optional<ErrorEstimate> estimate(std::span<const double> squaredErrors, double modelled,
-                                        double imageValues);
+  /// A drawn unit's sum of squared errors: by its rays, and as expected.
+  struct UnitError {
+    double seen, modelled;
+  };
+  std::optional<ErrorEstimate> estimate(std::span<const UnitError> errors, double total, double imageValues);
 
   const SceneState& scene_;
   const StepLevels& levels_;
@@ -75,11 +80,11 @@ class ErrorProbe {
   std::vector<Drawn> drawn_;
 };
 
-template <class Inside, class Take>
-std::optional<ErrorEstimate> ErrorProbe::measure(const Image& image, double modelled, Inside&& inside,
-                                                 Take&& take) {
+template <class Modelled, class Inside, class Take>
+std::optional<ErrorEstimate> ErrorProbe::measure(const Image& image, Modelled&& modelled, double total,
+                                                 Inside&& inside, Take&& take) {
   if (drawn_.size() < 2) return std::nullopt;
-  std::vector<double> errors;
+  std::vector<UnitError> errors;
   for (const Drawn& unit : drawn_) {
     const int x0 = int(unit.unit) % unitsX_ * kUnitEdge + unit.shiftX;
     const int y0 = int(unit.unit) / unitsX_ * kUnitEdge + unit.shiftY;
@@ -90,9 +95,9 @@ std::optional<ErrorEstimate> ErrorProbe::measure(const Image& image, double mode
       sum += double(squaredDistance(image.pixel(x, y), load4(unit.exact.rgba[lane])));
       take(x, y, unit.exact.rgba[lane]);
     }
-    errors.push_back(sum);
+    errors.push_back({sum * kUnitEdge * kUnitEdge / kLanes, modelled(unit.unit)});
   }
-  return estimate(errors, modelled, double(image.width) * double(image.height) * 4);
+  return estimate(errors, total, double(image.width) * double(image.height) * 4);
 }
 
 }  // namespace kairos

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
-#include <numeric>
 
 #include "core/stopwatch.h"
 #include "tcdvrm/float4.h"
@@ -56,21 +55,24 @@ LowresRenderer::LowresRenderer(const Lattice& lattice, const RenderSettings& set
       meter_(options.budget, options.clock),
       exact_(scene_, options, false, image_, nullptr),
       levels_(scene_),
-      probe_(scene_, levels_, options.seed) {}
+      probe_(scene_, levels_, options.seed),
+      shown_(settings.width, settings.height) {
+  if (exact_.caster().index()) visibility_.emplace(exact_.caster(), scene_);
+}
 
 void LowresRenderer::renderWhole() {
   exact_.restart();
   levels_.restart();
   probe_.restart();
+  if (visibility_) visibility_->restart();
+  shown_ = visibleBlocks();
   meter_.beginCasting();
   exact_.cast(exact_.staleTiles(), statistics_);
   fullWork_ = {double(statistics_.samples), double(statistics_.segmentsRecast)};
   meter_.endCasting(fullWork_);
   statistics_.error = ErrorEstimate{};
   frameExact_ = true;
-  std::vector<uint32_t> units(size_t(probe_.unitCount()));
-  std::iota(units.begin(), units.end(), 0u);
-  probe_.cast(units, {}, 0, meter_);  // what longer sample distances do
+  probe_.cast(visibleUnits(), {}, 0, meter_);  // what longer sample distances do
   learnInterpolation();
 }
 
@@ -84,7 +86,7 @@ void LowresRenderer::learnInterpolation() {
           squaredDistance(image_.pixel(x, y), cubicBetween(at(x - 6), at(x - 2), at(x + 2), at(x + 6))));
       ++count;
     }
-  lateral_ = count > 0 ? sum / count : 0;
+  lateral_ = firstLateral_ = count > 0 ? sum / count : 0;
   lateralStride_ = 4;
 }
 
@@ -97,6 +99,29 @@ double LowresRenderer::expectedError(const Choice& choice) const {
   if (choice.eighths == 0) return probe_.stepBias(choice.stepLevel);
   return probe_.stepBias(choice.stepLevel) +
          lateral_ * std::pow(choice.stride() / lateralStride_, kLateralExponent);
+}
+
+BlockSet LowresRenderer::visibleBlocks() const {
+  if (visibility_) return visibility_->blocks();
+  BlockSet all = shown_;
+  for (size_t b = 0; b < all.size(); ++b) all.set(b, true);
+  return all;
+}
+
+// All other units are blank, exactly.
+std::vector<uint32_t> LowresRenderer::visibleUnits() const {
+  const BlockSet visible = visibleBlocks();
+  std::vector<uint32_t> units;
+  constexpr int kBlocks = kUnitEdge / kBlockEdge;
+  for (int unit = 0; unit < probe_.unitCount(); ++unit) {
+    const int column = unit % probe_.unitsX() * kBlocks, row = unit / probe_.unitsX() * kBlocks;
+    bool any = false;
+    for (int r = row; r < std::min(row + kBlocks, visible.rows()); ++r)
+      for (int c = column; c < std::min(column + kBlocks, visible.columns()); ++c)
+        any |= visible.contains(c, r);
+    if (any) units.push_back(uint32_t(unit));
+  }
+  return units;
 }
 
 // The densest lattice of each sample distance that fits, and the best of these. False when not even the
@@ -132,6 +157,7 @@ const TileCaster& LowresRenderer::casterOf(const Choice& choice) {
 void LowresRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& applied) {
   Stopwatch clock;
   exact_.note(applied);
+  if (visibility_) visibility_->follow(applied);
   if (meter_.cost(fullWork_) <= kMargin * meter_.remaining()) {
     exact_.cast(exact_.staleTiles(), statistics_);
     fullWork_ = {double(statistics_.samples), double(statistics_.segmentsRecast)};
@@ -141,8 +167,7 @@ void LowresRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& a
   }
   frameExact_ = false;
   const double budget = (meter_.remaining() - (meter_.timed() ? finishMs_ : 0)) * kMargin;
-  std::vector<uint32_t> units(size_t(probe_.unitCount()));
-  std::iota(units.begin(), units.end(), 0u);
+  const std::vector<uint32_t> units = visibleUnits();
   const CastWork probed = probe_.cast(units, fullWork_ * (1.0 / double(image_.data.size() / 4 / kLanes)),
                                       kErrorShare * budget, meter_);
   statistics_.budgetTooSmall = !choose(budget * (1 - kErrorShare));
@@ -162,7 +187,8 @@ void LowresRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& a
 void LowresRenderer::castCoarse() {
   const TileCaster& caster = casterOf(choice_);
   const ViewRays& view = caster.view();
-  coarse_ = Image(view.width(), view.height(), 4);
+  if (coarse_.width != view.width() || coarse_.height != view.height())
+    coarse_ = Image(view.width(), view.height(), 4);
   TileCounters total;
   std::mutex totalMutex;
   meter_.beginCasting();
@@ -191,15 +217,36 @@ void LowresRenderer::castCoarse() {
   statistics_.raysCast += uint64_t(view.width()) * uint64_t(view.height());
 }
 
+// The smallest box of pixels outside of which the image is blank and stays so.
+LowresRenderer::PixelBox LowresRenderer::shownBox() {
+  const BlockSet visible = visibleBlocks();
+  PixelBox box{image_.width, image_.height, 0, 0};
+  for (size_t b = 0; b < visible.size(); ++b) {
+    if (!visible.contains(b) && !shown_.contains(b)) continue;
+    const int column = int(b) % visible.columns(), row = int(b) / visible.columns();
+    box.left = std::min(box.left, column * kBlockEdge);
+    box.right = std::max(box.right, std::min((column + 1) * kBlockEdge, image_.width));
+    box.top = std::min(box.top, row * kBlockEdge);
+    box.bottom = std::max(box.bottom, std::min((row + 1) * kBlockEdge, image_.height));
+  }
+  shown_ = visible;
+  return box;
+}
+
 // Columns first, then rows.
 void LowresRenderer::enlarge() {
+  const PixelBox box = shownBox();
+  if (box.left >= box.right) return;
   const std::vector<Taps> columns = tapsOf(image_.width, choice_.stride());
   const std::vector<Taps> rows = tapsOf(image_.height, choice_.stride());
-  wide_ = Image(image_.width, coarse_.height, 4);
+  if (wide_.width != image_.width || wide_.height != coarse_.height)
+    wide_ = Image(image_.width, coarse_.height, 4);
   const auto nearest = [](int i, int count) { return std::clamp(i, 0, count - 1); };
-  pool_.forEach(size_t(coarse_.height), 4, [&](size_t begin, size_t end) {
-    for (size_t y = begin; y < end; ++y)
-      for (int x = 0; x < image_.width; ++x) {
+  const int top = nearest(rows[size_t(box.top)].first, coarse_.height);
+  const int bottom = nearest(rows[size_t(box.bottom) - 1].first + 3, coarse_.height) + 1;
+  pool_.forEach(size_t(bottom - top), 4, [&](size_t begin, size_t end) {
+    for (size_t y = begin + size_t(top); y < end + size_t(top); ++y)
+      for (int x = box.left; x < box.right; ++x) {
         const Taps& t = columns[size_t(x)];
         Float4 sum = {0, 0, 0, 0};
         for (int k = 0; k < 4; ++k)
@@ -207,13 +254,13 @@ void LowresRenderer::enlarge() {
         store4(wide_.pixel(x, int(y)), sum);
       }
   });
-  pool_.forEach(size_t(image_.height), 8, [&](size_t begin, size_t end) {
-    for (size_t y = begin; y < end; ++y) {
+  pool_.forEach(size_t(box.bottom - box.top), 8, [&](size_t begin, size_t end) {
+    for (size_t y = begin + size_t(box.top); y < end + size_t(box.top); ++y) {
       const Taps& t = rows[y];
       const float* from[4];
       for (int k = 0; k < 4; ++k) from[k] = wide_.pixel(0, nearest(t.first + k, wide_.height));
       float* to = image_.pixel(0, int(y));
-      for (int x = 0; x < image_.width * 4; x += 4) {
+      for (int x = box.left * 4; x < box.right * 4; x += 4) {
         Float4 sum = t.weights[0] * load4(from[0] + x);
         for (int k = 1; k < 4; ++k) sum += t.weights[k] * load4(from[k] + x);
         store4(to + x, clampedColour(sum));
@@ -223,9 +270,13 @@ void LowresRenderer::enlarge() {
 }
 
 void LowresRenderer::measureError() {
+  // A model that does not learn, so that what the rays say of it can be smoothed over frames.
+  const double expected = probe_.stepBias(choice_.stepLevel) +
+                          firstLateral_ * std::pow(choice_.stride() / 4, kLateralExponent) + 1e-12;
+  const double unitPixels = double(kUnitEdge) * kUnitEdge;
   statistics_.error = probe_.measure(
-      image_, std::max(expectedError(choice_), 1e-12) * double(image_.data.size() / 4),
-      [](int, int) { return true; },
+      image_, [&](uint32_t) { return expected * unitPixels; },
+      expected * unitPixels * double(visibleUnits().size()), [](int, int) { return true; },
       [&](int x, int y, const float* rgba) { store4(image_.pixel(x, y), load4(rgba)); });
   if (!statistics_.error) return;
   const double measured = statistics_.error->rmse * statistics_.error->rmse * 4;

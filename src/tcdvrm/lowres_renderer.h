@@ -9,6 +9,7 @@
 
 #include "diff/exact_image.h"
 #include "diff/frame_renderer.h"
+#include "tcdvrm/block_visibility.h"
 #include "tcdvrm/budget_meter.h"
 #include "tcdvrm/error_probe.h"
 #include "tcdvrm/step_levels.h"
@@ -45,8 +46,14 @@ class LowresRenderer : public FrameRenderer {
   void learnInterpolation();
   bool choose(double budget);
   double expectedError(const Choice& choice) const;
+  BlockSet visibleBlocks() const;
+  std::vector<uint32_t> visibleUnits() const;
   const TileCaster& casterOf(const Choice& choice);
   void castCoarse();
+  struct PixelBox {
+    int left, top, right, bottom;
+  };
+  PixelBox shownBox();
   void enlarge();
   void measureError();
 
@@ -60,8 +67,11 @@ class LowresRenderer : public FrameRenderer {
   CastWork fullWork_;         // of one ray per pixel at the exact sample distance
   double lateral_ = 0;        // squared error of the last frame's interpolation, per pixel
   double lateralStride_ = 1;  // and its stride
+  double firstLateral_ = 0;   // of the first frame, at a stride of 4
   double finishMs_ = 0;
   bool frameExact_ = true;
+  std::optional<BlockVisibility> visibility_;  // where segments are listed
+  BlockSet shown_;                             // blocks that may show anything
   Image coarse_, wide_;
 };
 

@@ -52,12 +52,19 @@ void AdaptiveRefinement::writeBlock(uint32_t block) {
 }
 
 void AdaptiveRefinement::measureError(const BlockSet& uncertain, FrameStatistics& statistics) {
-  double modelled = 0;
-  for (size_t b = 0; b < uncertain.size(); ++b)
-    if (uncertain.contains(b))
-      modelled += (modelledError(b) + probe_.stepBias(stepLevel_) + double(kLeastError)) * kBlockPixels;
+  double total = 0;
+  std::vector<double>& units = unitError_;
+  for (const uint32_t unit : uncertainUnits_) units[unit] = 0;
+  for (size_t b = 0; b < uncertain.size(); ++b) {
+    if (!uncertain.contains(b)) continue;
+    const double error =
+        (modelledError(b) + probe_.stepBias(stepLevel_) + double(kLeastError)) * kBlockPixels;
+    units[unitOf_[b]] += error;
+    total += error;
+  }
   statistics.error = probe_.measure(
-      image_, modelled, [&](int x, int y) { return uncertain.contains(uncertain.blockAt(x, y)); },
+      image_, [&](uint32_t unit) { return units[unit]; }, total,
+      [&](int x, int y) { return uncertain.contains(uncertain.blockAt(x, y)); },
       [&](int x, int y, const float* rgba) { writePixel(x, y, rgba); });
   if (!statistics.error) return;
   measuredError_ = statistics.error->rmse * statistics.error->rmse * double(image_.data.size());

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 
 #include "core/stopwatch.h"
 #include "tcdvrm/block_queue.h"
@@ -12,10 +11,11 @@
 namespace kairos {
 namespace {
 
-constexpr double kErrorShare = 0.07;  // of the budget, for the rays that measure the error
-constexpr double kExactShare = 0.92;  // of the budget that an exact frame may be expected to take
-constexpr float kHidden = 0.002f;     // transmittance behind which nothing is followed
-constexpr size_t kFewestTiles = 16;   // of a batch, where they fit
+constexpr double kErrorShare = 0.07;   // of the budget, for the rays that measure the error
+constexpr double kExactShare = 0.92;   // of the budget that an exact frame may be expected to take
+constexpr float kHidden = 0.002f;      // transmittance behind which nothing is followed
+constexpr size_t kFewestTiles = 16;    // of a batch, where they fit
+constexpr double kLeastError = 1e-12;  // squared, of a stale tile's pixel
 constexpr uint32_t kNever = ~0u;
 
 }  // namespace
@@ -30,7 +30,14 @@ TilesRenderer::TilesRenderer(const Lattice& lattice, const RenderSettings& setti
   withSegmentLists(exact_.caster());
 }
 
+size_t TilesRenderer::unitOf(uint32_t tile) const {
+  const auto tilesX = uint32_t(exact_.caster().view().tilesX());
+  constexpr uint32_t kUnitTiles = kUnitEdge / kTileEdge;
+  return size_t(tile / tilesX / kUnitTiles) * size_t(probe_.unitsX()) + tile % tilesX / kUnitTiles;
+}
+
 void TilesRenderer::renderWhole() {
+  unitError_.assign(size_t(probe_.unitCount()), 0);
   exact_.restart();
   levels_.restart();
   probe_.restart();
@@ -152,8 +159,11 @@ void TilesRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& ap
     for (size_t i = begin; i < end; ++i)
       if (exact_.touched(stale[i])) estimate(stale[i]);
   });
-  std::vector<uint32_t> units(size_t(probe_.unitCount()));
-  std::iota(units.begin(), units.end(), 0u);
+  std::vector<uint32_t> units;
+  std::fill(unitError_.begin(), unitError_.end(), 0.0);
+  for (const uint32_t tile : stale) unitError_[unitOf(tile)] = 1;
+  for (uint32_t unit = 0; unit < unitError_.size(); ++unit)
+    if (unitError_[unit] > 0) units.push_back(unit);
   const double packets = double(exact_.tileCount());
   const CastWork probed = probe_.cast(units, all * (1 / packets), kErrorShare * meter_.remaining(), meter_);
   const std::vector<uint32_t> tiles = inOrderOfWorth();
@@ -203,12 +213,16 @@ void TilesRenderer::measureError() {
   const auto stale = [&](int x, int y) {
     return exact_.stale(uint32_t(y / kTileEdge * tilesX + x / kTileEdge));
   };
-  double modelled = 1e-12;
+  std::fill(unitError_.begin(), unitError_.end(), 0.0);
+  double total = 0;
   for (const uint32_t tile : exact_.staleTiles()) {
-    modelled += kLanes * double(estimates_[tile].squared());
+    const double error = kLanes * (double(estimates_[tile].squared()) + kLeastError);
+    unitError_[unitOf(tile)] += error;
+    total += error;
     statistics_.stalePixels += uint64_t(exact_.caster().view().raysOf(int(tile)));
   }
-  statistics_.error = probe_.measure(image_, modelled, stale, [](int, int, const float*) {});
+  statistics_.error = probe_.measure(
+      image_, [&](uint32_t unit) { return unitError_[unit]; }, total, stale, [](int, int, const float*) {});
 }
 
 Image TilesRenderer::aov(Aov kind) const {

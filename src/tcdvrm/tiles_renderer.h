@@ -55,6 +55,7 @@ class TilesRenderer : public FrameRenderer {
   void castExactly(std::span<const uint32_t> tiles);
   void measureError();
   CastWork workOf(uint32_t tile) const;
+  size_t unitOf(uint32_t tile) const;
 
   BudgetMeter meter_;
   ExactImage exact_;
@@ -62,6 +63,7 @@ class TilesRenderer : public FrameRenderer {
   ErrorProbe probe_;
   std::vector<Cell> cells_;
   std::vector<uint32_t> changedIn_;  // per cell: the frame of its last change
+  std::vector<double> unitError_;    // per unit of ErrorProbe: what is expected of its stale tiles
   std::vector<Estimate> estimates_;  // per tile: since it was last cast
   std::vector<uint32_t> lastCast_;   // per tile: the frame
   uint32_t frame_ = 0;
