@@ -10,7 +10,9 @@ constexpr double kMostUnits = 0.08;  // of all units: 0.5 % of their pixels
 constexpr double kFewestUnits = 32;  // where that is more
 constexpr size_t kBiasEvery = 3;     // of the units drawn, those cast at every sample distance
 constexpr double kBiasCost = 0.75;   // of the longer distances, to the exact one's
-constexpr double kNewest = 0.4;      // weight of a frame's error against the ones before
+constexpr double kMemory = 0.75;     // of a frame's errors in the next one
+constexpr double kSkew = 1.2;        // of the interval: what was missed are large errors, not small ones
+constexpr double kDrift = 0.1;       // by how much errors move against the model within that memory
 constexpr double kAgreement = 2.5;   // deviations by which frames may differ and still agree
 constexpr double kBiasMemory = 0.8;
 constexpr size_t kFewestForBias = 8;
@@ -98,31 +100,56 @@ void ErrorProbe::learnBias() {
   }
 }
 
-// The interval is symmetric for the logarithm, since a mean of squares is skewed; a sample that missed the
-// rare large errors shows too small a variance as well, so the usual one counts where it is larger.
+// Sums over the last frames' units: of the squared errors seen and modelled, in units of what each frame's
+// image was expected to have, and of the variance of the former.
+void ErrorProbe::Pool::add(const Pool& frame) {
+  const double m = kMemory;
+  *this = {m * units + frame.units, m * seen + frame.seen, m * modelled + frame.modelled,
+           m * m * variance + frame.variance};
+}
+
+ErrorProbe::Pool ErrorProbe::poolOf(std::span<const UnitError> errors, double total) const {
+  Pool pool{double(errors.size()), 0, 0, 0};
+  const double weight = pool.units / total;
+  for (size_t i = 0; i < errors.size(); ++i) {
+    pool.seen += weight * drawn_[i].represents * errors[i].seen;
+    pool.modelled += weight * drawn_[i].represents * errors[i].modelled;
+  }
+  const double ratio = pool.modelled > 0 ? pool.seen / pool.modelled : 0;
+  for (size_t i = 0; i < errors.size(); ++i) {
+    const double residual = weight * drawn_[i].represents * (errors[i].seen - ratio * errors[i].modelled);
+    pool.variance += residual * residual;
+  }
+  pool.variance *= pool.units / (pool.units - 1);
+  return pool;
+}
+
+// The interval is symmetric for the logarithm, since a mean of squares is skewed.
 std::optional<ErrorEstimate> ErrorProbe::estimate(std::span<const UnitError> errors, double total,
                                                   double imageValues) {
-  double seen = 0, modelled = 0;
-  for (size_t i = 0; i < drawn_.size(); ++i) {
-    seen += drawn_[i].represents * errors[i].seen;
-    modelled += drawn_[i].represents * errors[i].modelled;
-  }
-  if (seen <= 0 || modelled <= 0 || total <= 0) return std::nullopt;
-  const double ratio = seen / modelled;
-  double variance = 0;
-  for (size_t i = 0; i < drawn_.size(); ++i) {
-    const double residual = drawn_[i].represents * (errors[i].seen - ratio * errors[i].modelled);
-    variance += residual * residual;
-  }
-  const double n = double(drawn_.size());
-  const double deviation = std::sqrt(variance * n / (n - 1)) / seen, logRatio = std::log(ratio);
-  const bool agrees =
-      spread_ > 0 && std::abs(logRatio - logRatio_) < kAgreement * std::max(spread_, deviation);
-  logRatio_ = agrees ? logRatio_ + kNewest * (logRatio - logRatio_) : logRatio;
-  spread_ = agrees ? spread_ + kNewest * (deviation - spread_) : deviation;
-  const double rmse = std::sqrt(total * std::exp(logRatio_) / imageValues);
-  const double half = studentQuantile(n - 1) * std::max(spread_, deviation) / 2;
-  return ErrorEstimate{rmse, rmse * std::exp(-half), rmse * std::exp(half)};
+  if (total <= 0) return std::nullopt;
+  const Pool frame = poolOf(errors, total);
+  if (frame.modelled <= 0 || frame.seen + pool_.seen <= 0) return std::nullopt;
+  if (!agrees(frame)) pool_ = {};
+  pool_.add(frame);
+  // Neighbouring frames have their rare large errors in the same places: together they tell no more about
+  // those than one does, so the interval is that of one frame, with the deviation that all of them show.
+  const double deviation =
+      std::hypot(std::sqrt(pool_.variance * pool_.units / frame.units) / pool_.seen, kDrift);
+  const double rmse = std::sqrt(total * pool_.seen / pool_.modelled / imageValues);
+  const double half = studentQuantile(std::max(frame.units - 1, 1.0)) * deviation / 2;
+  return ErrorEstimate{rmse, rmse * std::exp(-half), rmse * std::exp(kSkew * half)};
+}
+
+// Few units that saw little may only have missed the rare large errors, which is no reason to forget earlier
+// frames; nor does their own spread tell how far off they may be.
+bool ErrorProbe::agrees(const Pool& frame) const {
+  if (pool_.seen <= 0 || frame.seen <= 0) return true;
+  const double before = std::sqrt(pool_.variance) / pool_.seen;
+  const double now =
+      std::max(std::sqrt(frame.variance) / frame.seen, before * std::sqrt(pool_.units / frame.units));
+  const double difference = std::log(frame.seen / frame.modelled) - std::log(pool_.seen / pool_.modelled);
+  return std::abs(difference) < kAgreement * std::hypot(before, now);
 }
 
 }  // namespace kairos

@@ -26,7 +26,7 @@ class ErrorProbe {
   ErrorProbe(const SceneState& scene, const StepLevels& levels, uint64_t seed);
 
   /// Forgets what earlier frames showed.
-  void restart() { spread_ = 0; }
+  void restart() { pool_ = {}; }
 
   int unitsX() const { return unitsX_; }
   int unitCount() const { return unitsX_ * unitsY_; }
@@ -68,6 +68,12 @@ class ErrorProbe {
   struct UnitError {
     double seen, modelled;
   };
+  struct Pool {
+    double units = 0, seen = 0, modelled = 0, variance = 0;
+    void add(const Pool& frame);
+  };
+  Pool poolOf(std::span<const UnitError> errors, double total) const;
+  bool agrees(const Pool& frame) const;
   std::optional<ErrorEstimate> estimate(std::span<const UnitError> errors, double total, double imageValues);
 
   const SceneState& scene_;
@@ -75,7 +81,7 @@ class ErrorProbe {
   int unitsX_, unitsY_;
   std::array<std::deque<TileCaster>, StepLevels::kCount> shifted_;  // 4 x 4 shifts
   std::array<double, StepLevels::kCount> stepBias_{};
-  double logRatio_ = 0, spread_ = 0;  // of measured to modelled errors; and its usual relative deviation
+  Pool pool_;
   std::mt19937_64 random_;
   std::vector<Drawn> drawn_;
 };
