@@ -17,7 +17,6 @@ struct ExrOptions {
   bool half = true;  // 16-bit float RGBA; AOVs are always 32-bit float
   ExrCompression compression = ExrCompression::zip;
   double framesPerSecond = 25;
-  int threads = 1;  // of OpenEXR's own pool
 };
 
 /// A single-channel image beside the colour, written as an EXR channel of that name ("Z" for depth).
@@ -30,8 +29,9 @@ using MetadataValue = std::variant<std::string, int, float, double>;
 using Metadata = std::map<std::string, MetadataValue>;
 
 /// Writes premultiplied linear RGBA (and further channels), atomically: beside its final name, then renamed.
-/// Sets the standard attributes worldToCamera, worldToNDC, framesPerSecond; `metadata` holds "comments" and
-/// "kairos:*" entries. Throws OutputError; nothing is left behind.
+/// The display window is the image, the data window leaves out a blank margin. Sets the standard attributes
+/// worldToCamera, worldToNDC, framesPerSecond; `metadata` holds "comments" and "kairos:*" entries. Throws
+/// OutputError; nothing is left behind.
 void writeExr(const std::string& path, const Image& rgba, const std::vector<ExrChannel>& channels,
               const Camera& camera, const Metadata& metadata, const ExrOptions& options);
 
@@ -39,8 +39,8 @@ void writeExr(const std::string& path, const Image& rgba, const std::vector<ExrC
 /// OutputError.
 void writePng(const std::string& path, const Image& rgba);
 
-/// Reads an EXR (channels R, G, B, A, or Y; a missing A is 1) or a PNG (taken as straight sRGB) as
-/// premultiplied linear RGBA. Throws InputError.
+/// Reads an EXR (channels R, G, B, A, or Y; a missing A is 1; its display window, 0 outside its data window)
+/// or a PNG (taken as straight sRGB) as premultiplied linear RGBA. Throws InputError.
 Image readImage(const std::string& path);
 
 /// String, int, float and double attributes of an EXR file's header. Throws InputError.

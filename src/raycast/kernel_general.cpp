@@ -61,19 +61,13 @@ HWY_AFTER_NAMESPACE();
 #include "core/compositing.h"
 #include "core/error.h"
 #include "raycast/headlight.h"
+#include "raycast/kernel_targets.h"
 
 namespace kairos {
 namespace {
 
-using Selector = TileKernel (*)(const KernelScene&);
-
-struct CompiledTarget {
-  Isa isa;
-  int64_t bit;
-  Selector select;
-};
-
-constexpr CompiledTarget kTargets[] = {
+// Best first.
+constexpr KernelTarget kTargets[] = {
 #if HWY_TARGETS & HWY_AVX3
     {Isa::avx512, HWY_AVX3, &N_AVX3::selectGeneral},
 #endif
@@ -83,18 +77,8 @@ constexpr CompiledTarget kTargets[] = {
 #if HWY_TARGETS & HWY_SSE4
     {Isa::sse4, HWY_SSE4, &N_SSE4::selectGeneral},
 #endif
+    {Isa::scalar, 0, nullptr},  // where no other is compiled
 };
-
-const std::vector<CompiledTarget>& supportedTargets() {
-  static const std::vector<CompiledTarget> supported = [] {
-    const int64_t here = hwy::SupportedTargets();
-    std::vector<CompiledTarget> list;
-    for (const CompiledTarget& t : kTargets)
-      if ((t.bit & here) != 0) list.push_back(t);
-    return list;
-  }();
-  return supported;
-}
 
 }  // namespace
 
@@ -114,22 +98,22 @@ const char* name(Isa isa) {
 }
 
 Isa bestIsa() {
-  return supportedTargets().empty() ? Isa::scalar : supportedTargets().front().isa;
+  return supportedIsas().empty() ? Isa::scalar : supportedIsas().front();
 }
 
 const std::vector<Isa>& supportedIsas() {
   static const std::vector<Isa> isas = [] {
     std::vector<Isa> list;
-    for (const CompiledTarget& t : supportedTargets()) list.push_back(t.isa);
+    for (const KernelTarget& target : kTargets)
+      if (isSupported(target)) list.push_back(target.isa);
     return list;
   }();
   return isas;
 }
 
 TileKernel generalKernel(const KernelScene& scene, Isa isa) {
-  if (isa == Isa::scalar || (isa == Isa::automatic && supportedTargets().empty())) return scalarKernel(scene);
-  for (const CompiledTarget& t : supportedTargets())
-    if (isa == Isa::automatic || t.isa == isa) return t.select(scene);
+  if (isa == Isa::scalar || (isa == Isa::automatic && supportedIsas().empty())) return scalarKernel(scene);
+  if (const KernelTarget* target = findTarget(kTargets, isa)) return target->select(scene);
   std::string known;
   for (Isa i : supportedIsas()) known += std::string(name(i)) + ", ";
   throw OptionError("--isa", std::string("this machine cannot run \"") + name(isa) + "\", expected one of " +

@@ -25,19 +25,13 @@
 
 #if HWY_ONCE
 
+#include "raycast/kernel_targets.h"
+
 namespace kairos {
 namespace {
 
-using Selector = TileKernel (*)(const KernelScene&);
-
-struct CompiledTarget {
-  Isa isa;
-  int64_t bit;
-  Selector select;
-};
-
 // Best first.
-constexpr CompiledTarget kTargets[] = {
+constexpr KernelTarget kTargets[] = {
 #if HWY_TARGETS & HWY_AVX3_DL
     {Isa::avx512, HWY_AVX3_DL, &N_AVX3_DL::selectPacket},
 #endif
@@ -50,7 +44,7 @@ constexpr CompiledTarget kTargets[] = {
 #if HWY_TARGETS & HWY_SSE4
     {Isa::sse4, HWY_SSE4, &N_SSE4::selectShuffle},
 #endif
-    {Isa::scalar, 0, nullptr},
+    {Isa::scalar, 0, nullptr},  // where no other is compiled
 };
 
 }  // namespace
@@ -58,10 +52,8 @@ constexpr CompiledTarget kTargets[] = {
 TileKernel packetKernel(const KernelScene& scene, Isa isa) {
   if (scene.mode != RenderMode::dvr || scene.filter != Filter::trilinear || scene.shade || scene.depth)
     return nullptr;
-  const int64_t here = hwy::SupportedTargets();
-  for (const CompiledTarget& target : kTargets)
-    if ((target.bit & here) != 0 && (isa == Isa::automatic || isa == target.isa)) return target.select(scene);
-  return nullptr;
+  const KernelTarget* target = findTarget(kTargets, isa);
+  return target ? target->select(scene) : nullptr;
 }
 
 }  // namespace kairos

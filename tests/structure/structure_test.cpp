@@ -114,7 +114,7 @@ struct OutsideLibrary {
 
 const std::vector<OutsideLibrary>& outsideLibraries() {
   static const std::vector<OutsideLibrary> libraries{
-      {{"openvdb/", "nanovdb/", "OpenEXR/", "Imf", "Imath/", "OpenImageIO/", "png.h", "blosc.h", "zlib.h",
+      {{"openvdb/", "nanovdb/", "OpenEXR/", "Imf", "Imath/", "OpenImageIO/", "png.h", "blosc.h", "zlib.h", "libdeflate.h",
         "hdf5", "H5"},
        {"io"}},
       {{"nlohmann/"}, {"io", "app"}},
