@@ -86,7 +86,7 @@ class ExrHeaderCheck : public testing::Test {
 TEST_F(ExrHeaderCheck, EveryCompressionOfAConstantImageStands) {
   // The images that pack best: nothing that OpenEXR writes may be taken for a false claim.
   for (int compression = 0; compression < Imf::NUM_COMPRESSION_METHODS; ++compression)
-    for (const auto& [width, height] : {std::pair(1, 1), {3000, 1}, {1, 3000}, {2048, 2048}}) {
+    for (const auto& [width, height] : {std::pair(1, 1), {3000, 1}, {1, 3000}, {1024, 1024}}) {
       Imf::Header h = header(width, height);
       h.compression() = Imf::Compression(compression);
       {
