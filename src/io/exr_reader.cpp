@@ -19,6 +19,8 @@
 namespace kairos {
 namespace {
 
+constexpr int kLargest = 1 << 16;
+
 class MemoryInput : public Imf::IStream {
  public:
   explicit MemoryInput(std::span<const char> bytes) : IStream("memory"), bytes_(bytes) {}
@@ -58,11 +60,18 @@ Image readPixels(const std::string& path, std::span<const char> bytes) {
   MemoryInput stream(bytes);
   Imf::InputFile file(stream, 0);
   const Imath::Box2i window = file.header().dataWindow();
-  const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
+  const int64_t width = int64_t(window.max.x) - window.min.x + 1,
+                height = int64_t(window.max.y) - window.min.y + 1;
+  if (width < 1 || height < 1 || width > kLargest || height > kLargest)
+    throw InputError(path, "is not a flat image of at most 65536 x 65536 pixels");
+  // A header that claims far more than the most compressible image would cost memory before it fails.
+  constexpr int64_t kPixelsPerByte = 100'000;
+  if (width * height > kPixelsPerByte * int64_t(bytes.size()))
+    throw InputError(path, "claims more pixels than its bytes can hold");
   const Imf::ChannelList& channels = file.header().channels();
   const bool colour = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
   if (!colour && !channels.findChannel("Y")) throw InputError(path, "has no channels R, G, B or Y");
-  Image image(width, height, 4);
+  Image image(int(width), int(height), 4);
   Imf::FrameBuffer frame;
   const char* const names[] = {"R", "G", "B", "A"};
   for (int c = 0; c < 4; ++c) {
