@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/text_format.h"
@@ -46,6 +47,21 @@ void addBudget(nlohmann::ordered_json& record, const RunDescription& run, const 
     record["error_high"] = frame.error->high;
   }
   if (times.trueRmse) record["true_error"] = *times.trueRmse;
+}
+
+// A run that was killed, or whose disk was full, can leave the beginning of a record; what is appended would
+// join it.
+void removeHalfRecord(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return;
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  int64_t whole = file.tellg();
+  const int64_t size = whole;
+  for (char last = 0; whole > 0; --whole)
+    if (!file.seekg(whole - 1).get(last) || last == '\n') break;
+  if (whole == size) return;
+  std::filesystem::resize_file(path, uint64_t(whole), error);
+  if (error) throw OutputError(path, "its last, half record cannot be removed: " + error.message());
 }
 
 double percentile(std::vector<double> values, double share) {
@@ -92,6 +108,7 @@ std::string frameRecord(int64_t step, const RunDescription& run, const FrameTime
 
 StatsFile::StatsFile(const std::string& path, bool append) : path_(path) {
   if (path_.empty()) return;
+  if (append) removeHalfRecord(path_);
   file_.open(path_, append ? std::ios::app : std::ios::trunc);
   if (!file_) throw OutputError(path_, std::string("cannot be opened for --stats: ") + std::strerror(errno));
 }

@@ -36,7 +36,7 @@ std::string frameRecord(int64_t step, const RunDescription& run, const FrameTime
 /// The --stats file: one record a line, each flushed. Not thread-safe.
 class StatsFile {
  public:
-  /// An empty path writes nothing. Throws OutputError.
+  /// An empty path writes nothing. Appending goes on behind the last whole record. Throws OutputError.
   StatsFile(const std::string& path, bool append);
   void write(const std::string& record);
 

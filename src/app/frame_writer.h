@@ -1,6 +1,7 @@
 // Writing behind: finished frames become files while the next ones are rendered.
 #pragma once
 
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <map>
@@ -17,6 +18,12 @@
 #include "io/image_file.h"
 
 namespace kairos {
+
+/// The value of "kairos:step": an int, or a double for numbers beyond it, such as dates with a time of day.
+inline MetadataValue stepEntry(int64_t step) {
+  if (std::in_range<int>(step)) return int(step);
+  return double(step);
+}
 
 struct FrameToWrite {
   std::string path;                // of the EXR file

@@ -266,7 +266,7 @@ void LodRun::writeFrame(const LoadedStep& step, double updateMs) {
   if (arguments_.png) frame.png = std::filesystem::path(frame.path).replace_extension(".png").string();
   frame.metadata = {{"comments", context_.commandLine},
                     {"kairos:version", std::string(KAIROS_VERSION)},
-                    {"kairos:step", int(source_->steps()[step.index])},
+                    {"kairos:step", stepEntry(source_->steps()[step.index])},
                     {"kairos:method", std::string("lod-") + arguments_.methodName()},
                     {"kairos:renderer", gl_->renderer()},
                     {"kairos:budget", arguments_.budgetSeconds * 1000}};

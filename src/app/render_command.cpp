@@ -245,7 +245,7 @@ void RenderRun::writeFrame(const LoadedStep& step, const FrameTimes& times) {
   if (arguments_.depth) frame.depth = renderer_->depth();
   frame.metadata = {{"comments", context_.commandLine},
                     {"kairos:version", std::string(KAIROS_VERSION)},
-                    {"kairos:step", int(number)},
+                    {"kairos:step", stepEntry(number)},
                     {"kairos:method", description_.method},
                     {"kairos:samples", double(statistics.samples)},
                     {"kairos:settings", fingerprintOf(step.index)}};

@@ -95,13 +95,14 @@ class SeriesSource : public StepSource {
 
   // With a tolerance the reconstruction of a step depends on all steps before it.
   uint64_t identity(size_t first, size_t index) const override {
-    std::string chain = std::to_string(std::bit_cast<uint64_t>(tolerance_));
-    for (size_t i = seekable() ? index : first; i <= index; ++i) {
-      const std::filesystem::path path = series_->steps()[i].path;
-      chain += '\n' + path.filename().string() + ' ' + std::to_string(std::filesystem::file_size(path)) +
-               ' ' + std::to_string(std::filesystem::last_write_time(path).time_since_epoch().count());
-    }
-    return hashOf(chain);
+    const std::string settings = std::to_string(std::bit_cast<uint64_t>(tolerance_));
+    if (seekable()) return hashOf(settings + fileEntry(index));
+    if (chainBegin_ != first) chain_.clear();
+    chainBegin_ = first;
+    while (chain_.size() <= index - first)
+      chain_.push_back(
+          hashOf((chain_.empty() ? settings : hexOf(chain_.back())) + fileEntry(first + chain_.size())));
+    return chain_[index - first];
   }
   bool seekable() const override { return tolerance_ == 0; }
 
@@ -123,6 +124,18 @@ class SeriesSource : public StepSource {
   }
 
  private:
+  // What tells one version of a file from another.
+  std::string fileEntry(size_t index) const {
+    const std::filesystem::path path = series_->steps()[index].path;
+    std::error_code error;
+    const uint64_t bytes = std::filesystem::file_size(path, error);
+    if (error) throw InputError(path.string(), "cannot be read: " + error.message());
+    const auto written = std::filesystem::last_write_time(path, error);
+    if (error) throw InputError(path.string(), "cannot be read: " + error.message());
+    return '\n' + path.filename().string() + ' ' + std::to_string(bytes) + ' ' +
+           std::to_string(written.time_since_epoch().count());
+  }
+
   static int64_t nonFiniteOf(const Field& field) {
     return field.type() == ElementType::f32 ? fieldStatistics(field).nonFinite : 0;
   }
@@ -133,6 +146,9 @@ class SeriesSource : public StepSource {
   ThreadPool& pool_;
   std::optional<ChangeDetector> detector_;
   size_t last_ = 0;
+  // Identities of the steps from `chainBegin_` on, as far as they were asked for.
+  mutable size_t chainBegin_ = 0;
+  mutable std::vector<uint64_t> chain_;
 };
 
 }  // namespace

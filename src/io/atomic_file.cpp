@@ -1,10 +1,14 @@
 #include "io/atomic_file.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -15,11 +19,13 @@
 namespace kairos {
 namespace {
 
+constexpr std::string_view kTemporary = ".tmp-", kProbe = ".kairos-probe";
+
 // A file under its temporary name, removed unless it is renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& path)
-      : path_(path), temporary_(path + ".tmp-" + std::to_string(::getpid())) {
+      : path_(path), temporary_(path + std::string(kTemporary) + std::to_string(::getpid())) {
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (descriptor_ < 0) fail("cannot be created");
   }
@@ -58,6 +64,42 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
+// The process that `name` of a temporary file tells of; 0 when it is none of ours.
+pid_t writerOf(const std::string& name) {
+  const size_t at = name.rfind(kTemporary);
+  if (at == std::string::npos) return 0;
+  const std::string digits = name.substr(at + kTemporary.size()), target = name.substr(0, at);
+  constexpr size_t kMostDigits = 9;
+  if (digits.empty() || digits.size() > kMostDigits ||
+      digits.find_first_not_of("0123456789") != std::string::npos)
+    return 0;
+  const std::array<std::string_view, 8> endings = {".exr", ".png",  ".vdb",    ".json",
+                                                   ".csv", ".html", ".levels", kProbe};
+  const bool ours =
+      std::any_of(endings.begin(), endings.end(), [&](std::string_view e) { return target.ends_with(e); });
+  return ours ? pid_t(std::stol(digits)) : 0;
+}
+
+// Its process is gone, or runs on another machine, where nothing was written for a while.
+bool isAbandoned(const std::filesystem::directory_entry& entry) {
+  constexpr std::chrono::seconds kWhile(10);
+  const pid_t writer = writerOf(entry.path().filename().string());
+  if (writer <= 0 || ::kill(writer, 0) == 0 || errno != ESRCH) return false;
+  std::error_code error;
+  const auto written = entry.last_write_time(error);
+  return !error && std::filesystem::file_time_type::clock::now() - written > kWhile;
+}
+
+// What killed processes left behind; nothing else would ever remove it.
+void removeAbandonedFiles(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::directory_iterator entry(directory, error);
+  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    std::error_code ignored;
+    if (isAbandoned(*entry)) std::filesystem::remove(entry->path(), ignored);
+  }
+}
+
 // Renaming over a device or a pipe would replace it.
 void requireRegularOrAbsent(const std::string& path) {
   struct stat status;
@@ -82,12 +124,13 @@ void makeWritableDirectory(const std::string& directory) {
   if (!std::filesystem::is_directory(name))
     throw OutputError(name, "cannot be created as a directory: " +
                                 (error ? error.message() : std::string("something else has this name")));
-  const std::string probe = name + "/.kairos-probe";
+  const std::string probe = name + "/" + std::string(kProbe);
   try {
     TemporaryFile file(probe);
   } catch (const OutputError&) {
     throw OutputError(name, std::string("no file can be created in this directory: ") + std::strerror(errno));
   }
+  removeAbandonedFiles(name);
 }
 
 }  // namespace kairos

@@ -11,8 +11,8 @@ namespace kairos {
 /// behind then.
 void writeFileAtomically(const std::string& path, std::string_view bytes);
 
-/// Creates `directory` and its parents if needed, and proves that files can be created in it. Throws
-/// OutputError.
+/// Creates `directory` and its parents if needed, proves that files can be created in it, and removes
+/// temporary files that killed processes left there. Throws OutputError.
 void makeWritableDirectory(const std::string& directory);
 
 }  // namespace kairos

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "io/exr_header_check.h"
 
 namespace kairos {
 namespace {
@@ -133,10 +134,12 @@ Metadata readAttributes(std::span<const char> bytes) {
 }  // namespace
 
 Image readExr(const std::string& path, std::span<const char> bytes) {
+  checkExrHeader(path, bytes);
   return guarded(path, [&] { return readPixels(path, bytes); });
 }
 
 Metadata readExrMetadata(const std::string& path, std::span<const char> bytes) {
+  checkExrHeader(path, bytes);
   return guarded(path, [&] { return readAttributes(bytes); });
 }
 

@@ -23,6 +23,11 @@ json toJson(const Vec3i& v) {
   return {v.x, v.y, v.z};
 }
 
+// File and grid names of a simulation need not be UTF-8; in a manifest, what is not is replaced.
+std::string dumped(const json& v) {
+  return v.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 json fileJson(uint64_t bytes, uint64_t hash) {
   return {{"bytes", bytes}, {"xxh64", hexOf(hash)}};
 }
@@ -211,6 +216,9 @@ std::string numbered(const std::string& directory, const char* kind, int64_t ste
 std::string manifestPath(const std::string& directory) {
   return (std::filesystem::path(directory) / "sequence.json").string();
 }
+std::string gridNameInFiles(const SequenceManifest& m) {
+  return m.gridName.empty() ? "density" : json::parse(dumped(m.gridName)).get<std::string>();
+}
 std::string keyPathOf(const std::string& directory, int64_t step) {
   return numbered(directory, "key", step);
 }
@@ -237,11 +245,10 @@ std::string manifestText(const SequenceManifest& m) {
       {"key_every", m.keyEvery},
       {"inputs", m.inputs},
   };
-  const auto dump = [](const json& v) { return v.dump(-1, ' ', false, json::error_handler_t::replace); };
   std::string text = "{\n";
-  for (const auto& [key, value] : entries) text += "\"" + std::string(key) + "\": " + dump(value) + ",\n";
+  for (const auto& [key, value] : entries) text += "\"" + std::string(key) + "\": " + dumped(value) + ",\n";
   text += "\"steps\": [";
-  for (size_t i = 0; i < m.steps.size(); ++i) text += (i ? ",\n  " : "\n  ") + dump(toJson(m.steps[i]));
+  for (size_t i = 0; i < m.steps.size(); ++i) text += (i ? ",\n  " : "\n  ") + dumped(toJson(m.steps[i]));
   text += "\n],";
   const std::string checksum = hexOf(xxh64(text));
   text.append(kChecksumKey).append("\"").append(checksum).append("\"\n}\n");
@@ -250,10 +257,11 @@ std::string manifestText(const SequenceManifest& m) {
 
 std::string manifestDifference(const SequenceManifest& found, const SequenceManifest& wanted) {
   const auto differ = [](const char* what, const json& a, const json& b) {
-    return std::string(what) + " " + a.dump() + " instead of " + b.dump();
+    return std::string(what) + " " + dumped(a) + " instead of " + dumped(b);
   };
   const Lattice &a = found.lattice, &b = wanted.lattice;
-  if (found.gridName != wanted.gridName) return differ("grid", found.gridName, wanted.gridName);
+  if (dumped(found.gridName) != dumped(wanted.gridName))
+    return differ("grid", found.gridName, wanted.gridName);
   if (a.type != b.type) return differ("element type", name(a.type), name(b.type));
   if (a.background != b.background) return differ("background", a.background, b.background);
   if (a.dense != b.dense) return differ("dense", a.dense, b.dense);
@@ -263,7 +271,7 @@ std::string manifestDifference(const SequenceManifest& found, const SequenceMani
                   {toJson(b.domain.lo), toJson(b.domain.hi)});
   if (found.tolerance != wanted.tolerance) return differ("tolerance", found.tolerance, wanted.tolerance);
   if (found.keyEvery != wanted.keyEvery) return differ("key_every", found.keyEvery, wanted.keyEvery);
-  if (found.inputs != wanted.inputs)
+  if (dumped(found.inputs) != dumped(wanted.inputs))
     return found.inputs.size() != wanted.inputs.size()
                ? differ("number of inputs", found.inputs.size(), wanted.inputs.size())
                : std::string("other input files");

@@ -14,10 +14,8 @@ std::string manifestText(const SequenceManifest& manifest);
 /// 0"; empty when all that must agree for resuming does.
 std::string manifestDifference(const SequenceManifest& found, const SequenceManifest& wanted);
 
-/// Name of the one grid in the sequence's files.
-inline std::string gridNameInFiles(const SequenceManifest& m) {
-  return m.gridName.empty() ? "density" : m.gridName;
-}
+/// Name of the one grid in the sequence's files: the manifest's, as far as it is UTF-8.
+std::string gridNameInFiles(const SequenceManifest& m);
 std::string keyPathOf(const std::string& directory, int64_t step);
 std::string differentialPathOf(const std::string& directory, int64_t step);
 

@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <string_view>
 
 #include "core/error.h"
 #include "io/file_bytes.h"
@@ -24,6 +25,7 @@ class SequenceFile {
 
   // Is this the file of that step, with the sequence's lattice?
   void requireBelongs(const char* kind, const SequenceStep& entry) const {
+    requireFloats();
     const Lattice& lattice = manifest_.lattice;
     require("kairos_kind", std::string(kind));
     require("kairos_element_type", std::string(name(lattice.type)));
@@ -32,6 +34,13 @@ class SequenceFile {
     if (!grid_->transform || !(*grid_->transform == lattice.worldFromIndex) ||
         float(grid_->background) != float(lattice.background))
       throw InputError(path_, "has another transform or background than the sequence");
+  }
+
+  void requireFloats() const {
+    const VdbGridType* type = grid_->type();
+    if (!type || std::string_view(type->valueName) != "float")
+      throw InputError(path_, "grid \"" + grid_->name + "\" has type " + grid_->typeName +
+                                  ", expected float as in every file of a sequence");
   }
 
   void require(const char* key, const std::string& expected) const {

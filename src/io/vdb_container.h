@@ -3,7 +3,7 @@
 //
 // OpenVDB trusts the counts and sizes it finds in a file; a damaged one can make it read or write outside its
 // buffers. So everything that stands around a tree is parsed here with bounds checks, `checkTree` walks the
-// structure of the tree itself, and only bytes that passed are handed to the library (see vdb_grid_reader.h).
+// structure of the tree itself, and only bytes that passed are handed to the library (see vdb_field.h).
 #pragma once
 
 #include <cstdint>

@@ -102,7 +102,7 @@ void VdbFloatTree::values(const char* p, const uint64_t* active, size_t count, f
   }
   if (grid_.half)
     toFloats(bytes, storedCount, packed);
-  else
+  else if (storedCount > 0)  // an empty block has no address
     std::memcpy(packed, bytes, storedCount * sizeof(float));
   if (storedCount == count) return;
   for (size_t w = 0; w < count / 64; ++w) {

@@ -22,16 +22,17 @@ constexpr double kReserveMargin = 1.1, kReserveMs = 0.02;
 }  // namespace
 
 AdaptiveRefinement::AdaptiveRefinement(const SceneState& scene, const TileCaster& exactTiles, Image& image,
-                                       BudgetMeter& meter, uint64_t seed)
+                                       BudgetMeter& meter, const RendererOptions& options)
     : scene_(scene),
       exactTiles_(exactTiles),
       image_(image),
       meter_(meter),
       levels_(scene),
       rays_(scene, levels_),
-      probe_(scene, levels_, seed),
+      probe_(scene, levels_, options.seed),
       pyramid_(image, scene.pool()),
       blend_(image.width, image.height),
+      mayBlend_(options.blend),
       live_(image.width, image.height),
       added_(live_) {
   const ViewRays& units = rays_.view(RefinementRays::stride4);
@@ -197,7 +198,7 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
 
 // Blending is left out where what it needs would take much of the time for rays.
 void AdaptiveRefinement::keepOld() {
-  blending_ = blend_.worthwhile() &&
+  blending_ = mayBlend_ && blend_.worthwhile() &&
               (!meter_.timed() || keepMs_.value() <= kBlendShare * (castingBudget() + keepMs_.value()));
   if (!blending_) return;
   const double begin = meter_.elapsed();

@@ -31,7 +31,7 @@ class AdaptiveRefinement {
  public:
   /// The image is the frame shown; all references must outlive the object.
   AdaptiveRefinement(const SceneState& scene, const TileCaster& exactTiles, Image& image, BudgetMeter& meter,
-                     uint64_t seed);
+                     const RendererOptions& options);
 
   /// After SceneState::start, with the exact image of it: forgets everything and learns from it.
   void restart();
@@ -162,6 +162,7 @@ class AdaptiveRefinement {
   ErrorProbe probe_;
   ColourPyramid pyramid_;
   DetailBlend blend_;
+  const bool mayBlend_;
 
   // Learned. Errors are squared, all channels added, per pixel.
   std::vector<float> error8_, error4_, error2_;  // per block: when interpolated from stride 8, 4, 2

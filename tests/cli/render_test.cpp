@@ -231,6 +231,16 @@ TEST_F(Render, StatsOfAResumedRunAreAppended) {
   EXPECT_THAT(frames, ElementsAre(3, 4, 5, 6, 7, 8));
 }
 
+TEST_F(Render, AHalfRecordOfAKilledRunIsRemovedFromTheStats) {
+  const Arguments options{"--stats", dir / "s.jsonl"};
+  ASSERT_TRUE(ok(render("out", join(options, {"--frames", "3-5"}))));
+  std::ofstream(dir / "s.jsonl", std::ios::app) << R"({"frame":6,"meth)";
+  ASSERT_TRUE(ok(render("out", join(options, {"--resume"}))));
+  std::vector<int> frames;
+  for (const auto& record : records(dir / "s.jsonl")) frames.push_back(record["frame"]);
+  EXPECT_THAT(frames, ElementsAre(3, 4, 5, 6, 7, 8));
+}
+
 TEST_F(Render, ImagesSayWhereTheyComeFrom) {
   ASSERT_TRUE(ok(render("out", {"--frames", "4", "--tf", "magma"})));
   const Metadata metadata = readMetadata(frame("out", 4));
@@ -242,6 +252,13 @@ TEST_F(Render, ImagesSayWhereTheyComeFrom) {
   EXPECT_THAT(header, HasSubstr("comments\0string\0"s));
   EXPECT_THAT(header, HasSubstr("--tf magma"));
   EXPECT_EQ(std::get<int>(metadata.at("kairos:step")), 4);
+}
+
+TEST_F(Render, ALargeStepNumberIsStoredWhole) {
+  writeRawFile(dir / "dated/s_20231127120000.raw", sceneAt<uint8_t>(0));
+  ASSERT_TRUE(ok(run(join({"render", dir / "dated", "-o", dir / "out/f.##.exr", "--size", "8x8"}, raw))));
+  const Metadata metadata = readMetadata(dir / "out/f.20231127120000.exr");
+  EXPECT_EQ(std::get<double>(metadata.at("kairos:step")), 20231127120000.0);
 }
 
 TEST_F(Render, ChannelsAreStoredAsAsked) {

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <chrono>
 
 #include "core/error.h"
 #include "io/temporary_directory.h"
@@ -84,6 +87,33 @@ TEST(AtomicFile, CreatesTheDirectoriesAbove) {
   makeWritableDirectory(directory / "a/b/c");
   writeFileAtomically(directory / "a/b/c/d", "x");
   EXPECT_EQ(test::readBytes(directory / "a/b/c/d"), "x");
+}
+
+pid_t endedProcess() {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  ::waitpid(child, nullptr, 0);
+  return child;
+}
+
+TEST(AtomicFile, WhatKilledProcessesLeftIsRemovedOnceItIsOld) {
+  const TemporaryDirectory directory;
+  const auto left = [&](const std::string& name, int secondsAgo) {
+    const std::string path = directory.write(name, "half");
+    std::filesystem::last_write_time(
+        path, std::filesystem::file_time_type::clock::now() - std::chrono::seconds(secondsAgo));
+  };
+  const std::string ended = ".tmp-" + std::to_string(endedProcess());
+  left("f.0001.exr" + ended, 60);
+  left(".kairos-probe" + ended, 60);
+  left("f.0002.exr" + ended, 0);                             // might be another machine's
+  left("f.0003.exr.tmp-" + std::to_string(::getpid()), 60);  // its process lives
+  left("notes" + ended, 60);                                 // not ours
+  left("f.0004.exr.tmp-", 60);
+  makeWritableDirectory(directory.path());
+  EXPECT_THAT(directory.names(), testing::UnorderedElementsAre("f.0002.exr" + ended,
+                                                               "f.0003.exr.tmp-" + std::to_string(::getpid()),
+                                                               "notes" + ended, "f.0004.exr.tmp-"));
 }
 
 }  // namespace

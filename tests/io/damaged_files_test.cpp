@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "io/input_series.h"
+#include "io/manifest.h"
 #include "io/sequence.h"
 #include "io/series.h"
 #include "io/temporary_directory.h"
@@ -111,6 +112,30 @@ TEST_F(DamagedSequence, KeyFrameIsRefused) {
 TEST_F(DamagedSequence, DifferentialFileIsRefused) {
   const SequenceReader reader(directory_.path());
   expectAllRefused({reader.differentialPath(1), [&] { reader.readChanges(1); }});
+}
+
+// Its decoder reads floats and nothing else.
+TEST_F(DamagedSequence, FilesOfAnotherGridTypeAreRefused) {
+  SequenceManifest manifest = readManifest(directory_.path());
+  const SequenceReader reader(directory_.path());
+  const auto retyped = [&](const std::string& path, const std::string& type) {
+    std::string bytes = test::readBytes(path);
+    const std::string found = "Tree_float_5_4_3";
+    bytes.replace(bytes.find(found), found.size(), type);
+    std::ofstream(path, std::ios::binary) << bytes;
+    return xxh64(bytes);
+  };
+  for (const char* type : {"Tree_int32_5_4_3", "Tree_space_5_4_3"}) {
+    test::writeSequence(directory_.path(), test::movingBlob(ElementType::u8, 3, 12));
+    manifest.steps[0].keyHash = retyped(reader.keyPath(0), type);
+    manifest.steps[1].differentialHash = retyped(reader.differentialPath(1), type);
+    directory_.write("sequence.json", manifestText(manifest));
+    const SequenceReader damaged(directory_.path());
+    for (const auto& read : {std::function<void()>([&] { damaged.readKey(0); }),
+                             std::function<void()>([&] { damaged.readChanges(1); })})
+      EXPECT_NE(test::messageOf<InputError>(read).find("expected float"), std::string::npos) << type;
+    std::filesystem::remove(directory_ / "sequence.json");
+  }
 }
 
 TEST(DamagedRawFile, TruncationIsRefusedAndFlipsAreOtherVoxels) {

@@ -39,6 +39,20 @@ TEST_F(SequenceResume, GoesOnAfterTheLastStepAndEndsWithTheSameFiles) {
     EXPECT_EQ(test::readBytes(path() + "/" + name), test::readBytes(directory_ / "whole/" + name)) << name;
 }
 
+TEST_F(SequenceResume, NamesThatAreNotUtf8AreNoObstacle) {
+  manifest_.gridName = "dichte\xfc";
+  for (std::string& input : manifest_.inputs) input += "\xe4";
+  interruptAfter(3);
+  SequenceWriter writer(path(), manifest_, false);
+  EXPECT_EQ(writer.manifest().steps.size(), 3u);
+  test::writeSteps(writer, fields_, 3, fields_.size());
+  writer.finish();
+  EXPECT_TRUE(test::sameState(SequenceReader(path()).readStep(5), fields_[5]));
+  EXPECT_THAT(refusal(), HasSubstr("finished"));
+  manifest_.gridName = "druck\xfc";
+  EXPECT_THAT(refusal(), HasSubstr("grid"));
+}
+
 TEST_F(SequenceResume, StepsWhoseFilesAreGoneAreDoneAgain) {
   interruptAfter(4);
   std::filesystem::remove(path() + "/diff.0023.vdb");
