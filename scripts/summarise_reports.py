@@ -61,6 +61,15 @@ def psnr(report, method, budget):
     return found[0][1]["error"]["psnr"] if found else math.nan
 
 
+LATE = 1.1  # a median time of so many budgets is another budget
+
+
+def late(report, method, budget):
+    found = cases(report, method, budget)
+    ms = found[0][1]["budget_ms"] if found else None
+    return bool(ms) and found[0][1]["time_ms"]["median"] > LATE * ms
+
+
 def times(reports):
     print("## Exact methods: median time of a step, ms\n")
     methods = []
@@ -79,15 +88,17 @@ def errors(reports):
     methods = budgeted_methods(reports)
     rows = []
     for r in reports:
-        rows.append([r["name"]] + ["/".join(decibels(psnr(r, m, b)) for b in budgets([r])) for m in methods])
+        rows.append([r["name"]] + ["/".join(decibels(psnr(r, m, b)) + "*" * late(r, m, b) for b in budgets([r]))
+                                   for m in methods])
     table(["report"] + methods, rows)
+    print("\\* The median step took more than %.0f %% of its budget.\n" % (100 * LATE))
 
 
 def margins(reports):
     methods = budgeted_methods(reports)
     if "anytime" not in methods:
         return
-    print("## `anytime` above the others, dB: least, mean\n")
+    print("## `anytime` above the others, dB: least, mean (without the others' late ones)\n")
     rows = []
     for kind in sorted({r["name"].rsplit("-", 1)[-1] for r in reports}):
         of_kind = [r for r in reports if r["name"].endswith(kind)]
@@ -99,7 +110,7 @@ def margins(reports):
             for r in of_kind:
                 for b in budgets([r]):
                     a, other = psnr(r, "anytime", b), psnr(r, m, b)
-                    if a is not None and other is not None and not math.isnan(other):
+                    if not late(r, m, b) and a is not None and other is not None and not math.isnan(other):
                         gaps.append(a - other)
             row.append("%.1f, %.1f" % (min(gaps), sum(gaps) / len(gaps)) if gaps else "–")
         rows.append(row)

@@ -50,7 +50,8 @@ struct RendererOptions {
   uint64_t seed = 0;             // of whatever is drawn at random
   BudgetClock* clock = nullptr;  // null: steadyBudgetClock(); must outlive the renderer
 
-  bool blend = true;  // anytime: what lies between rays has the previous image's detail, as far as it persists
+  bool blend =
+      true;  // anytime: what lies between rays has the previous image's detail, as far as it persists
   ProjectionRules projection;  // dvrm, tldvrm, tcdvrm: which pixels a changed voxel influences
   TcdvrmOptions tcdvrm;
 

@@ -60,6 +60,8 @@ void AdaptiveRefinement::restart() {
   probe_.restart();
   pyramid_.takeImage();
   blend_ = DetailBlend(image_.width, image_.height);
+  detailAge_ = {};
+  for (auto& found : detailFoundIn_) found.assign(stride_.size(), frame_);
   std::fill(stride_.begin(), stride_.end(), uint8_t(1));
   std::fill(lastCast_.begin(), lastCast_.end(), frame_);
   learnInterpolation();
@@ -202,6 +204,12 @@ void AdaptiveRefinement::keepOld() {
               (!meter_.timed() || keepMs_.value() <= kBlendShare * (castingBudget() + keepMs_.value()));
   if (!blending_) return;
   const double begin = meter_.elapsed();
+  for (const BlockRun& run : runs_)
+    for (int column = run.first; column < run.last; ++column) {
+      const size_t b = live_.index(column, run.row);
+      for (int level = 0; level < DetailBlend::kLevels; ++level)
+        blend_.setFresh(level, b, detailAge(level, b) <= DetailAge::kOldest);
+    }
   pyramid_.keepOld(runs_);
   keepMs_.add(meter_.elapsed() - begin);
 }
@@ -256,7 +264,7 @@ AdaptiveRefinement::ErrorCurve AdaptiveRefinement::errorCurve(int baseStride) co
   for (const BlockRun& run : runs_)
     for (int column = run.first; column < run.last; ++column) {
       const size_t b = live_.index(column, run.row);
-      const double e4 = error4_[b], e2 = std::min(error2_[b], error4_[b]);
+      const double e4 = error4(b), e2 = std::min(error2(b), e4);
       curve.total += baseStride == 4 ? e4 : std::max(double(error8_[b]), e4);
       if (e2 / 3 > e4 - e2) {
         curve.add(e4, 4);
@@ -325,6 +333,7 @@ void AdaptiveRefinement::findUnitGains() {
 
 // What this frame showed about how errors follow from one another.
 void AdaptiveRefinement::learn(const BlockSet& uncertain, const FrameStatistics& statistics) {
+  for (DetailAge& level : detailAge_) level.endFrame();
   if (plan_.stride == 8 && seen_.expected8 > 0)
     ratio8_ = std::clamp(std::lerp(ratio8_, ratio8_ * seen_.error8 / seen_.expected8, 0.5), 0.002, 1.0);
   if (seen_.expected4 > 0)
@@ -344,14 +353,23 @@ void AdaptiveRefinement::learn(const BlockSet& uncertain, const FrameStatistics&
   lateralScale_ = std::clamp(std::lerp(lateralScale_, measured / lateral, 0.3), 0.05, 20.0);
 }
 
+// Expected when interpolated from stride 4, with what share of the old detail there is.
+double AdaptiveRefinement::error4(size_t block) const {
+  return double(error4_[block]) * (blending_ ? detailAge_[1].ratio(detailAge(1, block)) : 1);
+}
+
+double AdaptiveRefinement::error2(size_t block) const {
+  return double(error2_[block]) * (blending_ ? detailAge_[0].ratio(detailAge(0, block)) : 1);
+}
+
 double AdaptiveRefinement::modelledError(size_t block) const {
   switch (stride_[block]) {
     case 1:
       return 0;
     case 2:
-      return error2_[block];
+      return error2(block);
     case 4:
-      return error4_[block];
+      return error4(block);
     default:
       return std::max(error8_[block], error4_[block]);
   }

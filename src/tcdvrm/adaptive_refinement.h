@@ -13,6 +13,7 @@
 #include "tcdvrm/block_queue.h"
 #include "tcdvrm/budget_meter.h"
 #include "tcdvrm/colour_pyramid.h"
+#include "tcdvrm/detail_age.h"
 #include "tcdvrm/detail_blend.h"
 #include "tcdvrm/error_probe.h"
 #include "tcdvrm/live_blocks.h"
@@ -47,7 +48,10 @@ class AdaptiveRefinement {
   /// A tile of the image was made exact by somebody else.
   void takeExactTile(int tile);
   /// All tiles of a block are exact.
-  void takeExactBlock(size_t block) { stride_[block] = 1; }
+  void takeExactBlock(size_t block) {
+    stride_[block] = 1;
+    for (auto& found : detailFoundIn_) found[block] = frame_;
+  }
 
   /// From which stride a block's pixels were interpolated; 1: all were cast; 32: no ray met it in its last
   /// frame.
@@ -113,6 +117,9 @@ class AdaptiveRefinement {
   CastWork workOf(int stepLevel) const;
   CastWork workOf(uint32_t unit, int stepLevel) const;
   float latticeResidual(int column, int row) const;
+  uint32_t detailAge(int level, size_t block) const { return frame_ - detailFoundIn_[size_t(level)][block]; }
+  double error4(size_t block) const;
+  double error2(size_t block) const;
   double modelledError(size_t block) const;
 
   void castBatch(std::span<const Packet> packets);
@@ -137,7 +144,9 @@ class AdaptiveRefinement {
   Packet phasePacket(uint32_t block, int phase) const;
   void takeStride2(uint32_t block, const PacketColours& colours);
   void takeStride1(uint32_t block, const PacketColours* phases);
+  double learnDetail(uint32_t block, const PacketColours& colours);
   void pushStride2(int column, int row);
+  void pushStride2(uint32_t block);
   void pushStride1(uint32_t block);
 
   void assemble();
@@ -163,6 +172,8 @@ class AdaptiveRefinement {
   ColourPyramid pyramid_;
   DetailBlend blend_;
   const bool mayBlend_;
+  std::array<DetailAge, 2> detailAge_;                  // of levels 0 and 1
+  std::array<std::vector<uint32_t>, 2> detailFoundIn_;  // per block: the frame whose rays found its detail
 
   // Learned. Errors are squared, all channels added, per pixel.
   std::vector<float> error8_, error4_, error2_;  // per block: when interpolated from stride 8, 4, 2

@@ -9,9 +9,16 @@
 namespace kairos {
 namespace {
 
+// Changes that reach so much of what is visible leave little to be found out about single rays.
+constexpr double kMostly = 0.8;
+
 // An exact frame is begun when it is expected to take at most so much of the budget.
 constexpr double kExactShare = 0.92;
-constexpr size_t kFewestTiles = 64;  // of a batch, where they fit
+constexpr size_t kFewestTiles = 16;  // of a batch, where they fit
+
+// What has to be left of the budget beside what the rest of an exact frame is expected to take: to refine
+// that instead, should it turn out dearer.
+constexpr double kKeptBack = 0.04;
 
 // The first batch of a frame that is to become exact: small, since its cost is a guess until then.
 constexpr double kFirstBatch = 0.05;  // of the budget
@@ -67,15 +74,17 @@ void AnytimeRenderer::renderWhole() {
 void AnytimeRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& applied) {
   Stopwatch clock;
   const BlockSet& touched = visibility_.follow(applied);
-  // Where exact rays are out of reach, finding out which of them changed is left for later.
-  if (!fits(refinement_.exactWork(touched))) {
+  // Where most bricks changed and exact rays are out of reach, which of them changed is left for later.
+  const ExactImage::Reach reach = exact_.reachOf(applied);
+  const bool mostly = double(reach.touched) >= kMostly * double(reach.visible);
+  if (mostly && !fits(refinement_.exactWork(touched))) {
     exact_.note(applied);
     unmarked_ = true;
     statistics_.selectMs += clock.lap();
     refineUnmarked(touched);
     // Of all lattice samples, those that changes touch as far as blocks tell.
     const auto count = [](const BlockSet& blocks) { return double(std::max(blocks.count(), size_t(1))); };
-    learnSamples(double(exact_.reachOf(applied).visible) * count(touched) / count(shown_),
+    learnSamples(double(reach.visible) * count(touched) / count(shown_),
                  refinement_.exactWork(touched).samples);
   } else {
     if (unmarked_) exact_.mark();  // earlier steps' apart from this one's
@@ -203,7 +212,7 @@ size_t AnytimeRenderer::castExactly(std::span<const uint32_t> tiles, bool whole)
     if (!whole) continue;
     CastWork rest;
     for (const uint32_t tile : tiles.subspan(done)) rest += exactWork(tile);
-    if (meter_.cost(rest) > meter_.remaining()) break;
+    if (done < tiles.size() && meter_.cost(rest) > meter_.remaining() - kKeptBack * meter_.total()) break;
   }
   return done;
 }
@@ -256,7 +265,7 @@ Image AnytimeRenderer::aov(Aov kind) const {
       if (kind == Aov::error)
         value = exact || blank ? 0 : float(std::sqrt(refinement_.expectedError(block) / 4));
       else if (kind == Aov::level)
-        value = exact || blank ? 1 : float(refinement_.strideOf(block));
+        value = exact || blank ? 1 : float(std::min(refinement_.strideOf(block), 16));
       else if (kind == Aov::age)
         value = exact || blank ? 0 : float(refinement_.age(x, y));
     }

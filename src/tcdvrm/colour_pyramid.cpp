@@ -150,10 +150,14 @@ void ColourPyramid::interpolateRun(int level, const BlockRun& run, const DetailB
 template <class Body>
 void ColourPyramid::forLambdas(int level, NodeRange columns, int j, const DetailBlend* blend, Body&& body) {
   if (!blend) return body(columns, 0.0f);
-  const int stride = grid(level).stride, region = DetailBlend::kRegionEdge / stride;
+  const int stride = grid(level).stride, block = kBlockEdge / stride;
   for (int begin = columns.begin; begin < columns.end;) {
-    const int end = std::min((begin / region + 1) * region, columns.end);
-    body(NodeRange{begin, end}, blend->lambda(level, begin * stride, j * stride));
+    const float lambda = blend->lambda(level, begin * stride, j * stride);
+    int end = begin;
+    do {
+      end = std::min((end / block + 1) * block, columns.end);
+    } while (end < columns.end && blend->lambda(level, end * stride, j * stride) == lambda);
+    body(NodeRange{begin, end}, lambda);
     begin = end;
   }
 }

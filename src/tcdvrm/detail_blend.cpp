@@ -12,7 +12,8 @@ constexpr double kWorthwhile = 0.25;  // share of the residuals' squares that bl
 }  // namespace
 
 DetailBlend::DetailBlend(int imageWidth, int imageHeight)
-    : columns_((imageWidth + kRegionEdge - 1) / kRegionEdge) {
+    : columns_((imageWidth + kRegionEdge - 1) / kRegionEdge), blocks_(imageWidth, imageHeight) {
+  for (auto& level : fresh_) level.assign(blocks_.size(), 1);
   const size_t regions = size_t(columns_) * size_t((imageHeight + kRegionEdge - 1) / kRegionEdge);
   for (auto& level : sums_) level.resize(regions);
   for (auto& level : lambdas_) level.assign(regions, 0.0f);

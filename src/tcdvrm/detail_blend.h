@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tcdvrm/float4.h"
+#include "tcdvrm/live_blocks.h"
 
 namespace kairos {
 
@@ -16,7 +17,7 @@ namespace kairos {
 class DetailBlend {
  public:
   static constexpr int kRegionEdge = 64;
-  static constexpr int kLevels = 4;  // of the nodes found: strides 1, 2, 4 and 8
+  static constexpr int kLevels = 2;  // of the nodes found: strides 1 and 2
 
   DetailBlend(int imageWidth, int imageHeight);
 
@@ -24,8 +25,15 @@ class DetailBlend {
   void beginFrame();
   /// Would blending take away so much of the error that it is worth its time?
   bool worthwhile() const { return worthwhile_; }
-  /// `x` and `y` in pixels.
-  float lambda(int level, int x, int y) const { return lambdas_[size_t(level)][regionAt(x, y)]; }
+  /// Has the old image detail of a block that rays found, at level 0 or 1? What it has otherwise is itself
+  /// interpolated, and not worth a share in the new one. All have, to begin with.
+  void setFresh(int level, size_t block, bool fresh) { fresh_[size_t(level)][block] = fresh; }
+  bool fresh(int level, size_t block) const { return fresh_[size_t(level)][block] != 0; }
+
+  /// `x` and `y` in pixels; level 0 or 1.
+  float lambda(int level, int x, int y) const {
+    return fresh(level, blocks_.blockAt(x, y)) ? lambdas_[size_t(level)][regionAt(x, y)] : 0;
+  }
 
   void observe(int level, int x, int y, Float4 newResidual, Float4 oldResidual) {
     Sums& s = sums_[size_t(level)][regionAt(x, y)];
@@ -43,6 +51,8 @@ class DetailBlend {
   }
 
   int columns_;
+  BlockSet blocks_;  // an empty one of the image's size
+  std::array<std::vector<uint8_t>, kLevels> fresh_;
   std::array<std::vector<Sums>, kLevels> sums_;
   std::array<std::vector<float>, kLevels> lambdas_;
   bool worthwhile_ = false;

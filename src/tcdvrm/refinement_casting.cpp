@@ -190,8 +190,7 @@ void AdaptiveRefinement::queueOwed(const BlockSet& uncertain) {
     if (!uncertain.contains(b) || live_.contains(b)) continue;
     if (stride_[b] == 2) pushStride1(b);
     if (stride_[b] != 4) continue;
-    const double gain = std::max(double(error4_[b] - error2_[b]), double(error4_[b]) / 4);
-    queue_.push(float(gain / effort(workOf(unitOf_[b], stepLevel_))), {b, 2});
+    pushStride2(b);
   }
 }
 
@@ -209,13 +208,17 @@ void AdaptiveRefinement::pushStride2(int column, int row) {
   error8_[b] = shown;
   error4_[b] = std::max(0.5f * (error4_[b] + shown * float(ratio4_)), kLeastError);
   error2_[b] = std::min(error2_[b], error4_[b]);
-  const double gain = std::max(double(error4_[b] - error2_[b]), double(error4_[b]) / 4);
-  queue_.push(float(gain / effort(workOf(unitOf_[b], stepLevel_))), {b, 2});
+  pushStride2(b);
+}
+
+void AdaptiveRefinement::pushStride2(uint32_t block) {
+  const double gain = std::max(error4(block) - error2(block), error4(block) / 4);
+  queue_.push(float(gain / effort(workOf(unitOf_[block], stepLevel_))), {block, 2});
 }
 
 void AdaptiveRefinement::pushStride1(uint32_t block) {
   const double cost = 3 * effort(workOf(unitOf_[block], stepLevel_));
-  queue_.push(float(double(error2_[block]) / cost), {block, 1});
+  queue_.push(float(error2(block) / cost), {block, 1});
 }
 
 void AdaptiveRefinement::refineBlocks() {
@@ -291,8 +294,10 @@ AdaptiveRefinement::Packet AdaptiveRefinement::phasePacket(uint32_t block, int p
 
 // The nodes of stride 2 of a block: they tell its error at stride 4, and how much of the old detail persists.
 void AdaptiveRefinement::takeStride2(uint32_t block, const PacketColours& colours) {
-  const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
+  const NodeGrid& half = pyramid_.grid(1);
   const int i0 = int(block) % live_.columns() * kTileEdge, j0 = int(block) / live_.columns() * kTileEdge;
+  takeUp(block);
+  const double blended = learnDetail(block, colours);
   float sum = 0;
   int count = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -305,22 +310,11 @@ void AdaptiveRefinement::takeStride2(uint32_t block, const PacketColours& colour
     store4(half.node(i, j), load4(colours.rgba[lane]));
     markCast(2 * i, 2 * j);
   }
-  takeUp(block);
-  for (const auto& [x, y] : kProbes) {
-    const int i = i0 + x, j = j0 + y;
-    // The old image shows an earlier step only in live blocks.
-    if (i >= half.columns || j >= half.rows || !live_.contains(block)) continue;
-    const Float4 now = load4(half.node(i, j)), before = load4(full.node(2 * i, 2 * j));
-    if (i & 1)
-      blend_.observe(1, 2 * i, 2 * j, now - ColourPyramid::cubicAlongRow(half, i, j, 1),
-                     before - ColourPyramid::cubicAlongRow(full, 2 * i, 2 * j, 2));
-    else
-      blend_.observe(1, 2 * i, 2 * j, now - ColourPyramid::cubicAlongColumn(half, i, j, 1),
-                     before - ColourPyramid::cubicAlongColumn(full, 2 * i, 2 * j, 2));
-  }
   stride_[block] = 2;
+  detailFoundIn_[1][block] = frame_;
   if (count == 0) return;
-  const float error = std::max(sum / float(count), kLeastError);
+  // Without the old detail's share, as all that is remembered of errors.
+  const float error = std::max(sum / float(count * blended), kLeastError);
   seen_.error4 += error;
   seen_.expected4 += error8_[block] * float(ratio4_);
   error2_[block] = 0.5f * (std::min(error2_[block], error) + error * float(ratio2_));
@@ -328,13 +322,40 @@ void AdaptiveRefinement::takeStride2(uint32_t block, const PacketColours& colour
   pushStride1(block);
 }
 
+// Before a block's nodes of stride 2 are stored. Returns the error with the old detail's share to that
+// without.
+double AdaptiveRefinement::learnDetail(uint32_t block, const PacketColours& colours) {
+  if (!live_.contains(block)) return 1;  // the old image shows the same step there
+  const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
+  const bool fresh = detailAge(1, block) <= DetailAge::kOldest;
+  double with = 0, without = 0;
+  for (const auto& [x, y] : kProbes) {
+    const int i = int(block) % live_.columns() * kTileEdge + x,
+              j = int(block) / live_.columns() * kTileEdge + y;
+    if (i >= half.columns || j >= half.rows) continue;
+    const Float4 now = load4(colours.rgba[x + kTileEdge * y]), before = load4(full.node(2 * i, 2 * j));
+    const bool row = i & 1;
+    const Float4 residual = now - (row ? ColourPyramid::cubicAlongRow(half, i, j, 1)
+                                       : ColourPyramid::cubicAlongColumn(half, i, j, 1));
+    const Float4 old = before - (row ? ColourPyramid::cubicAlongRow(full, 2 * i, 2 * j, 2)
+                                     : ColourPyramid::cubicAlongColumn(full, 2 * i, 2 * j, 2));
+    if (fresh) blend_.observe(1, 2 * i, 2 * j, residual, old);
+    const Float4 left = now - load4(half.node(i, j));
+    with += double(sum4(left * left));
+    without += double(sum4(residual * residual));
+  }
+  if (!blending_ || !fresh || without <= 0) return 1;
+  detailAge_[1].observe(detailAge(1, block), with, without);
+  return std::clamp(with / without, 0.01, 1.0);
+}
+
 // The other pixels of a block, in three packets.
 void AdaptiveRefinement::takeStride1(uint32_t block, const PacketColours* phases) {
   const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
   const int x0 = int(block) % live_.columns() * kBlockEdge, y0 = int(block) / live_.columns() * kBlockEdge;
   takeUp(block);
-  const bool live = live_.contains(block);
-  float sum = 0;
+  const bool fresh = live_.contains(block) && detailAge(0, block) <= DetailAge::kOldest;
+  double with = 0, without = 0;
   for (const auto& [lane, phase] : kFineProbes) {
     const int i = x0 / 2 + lane % kTileEdge, j = y0 / 2 + lane / kTileEdge;
     const int x = 2 * i + (phase & 1), y = 2 * j + (phase >> 1);
@@ -345,14 +366,17 @@ void AdaptiveRefinement::takeStride1(uint32_t block, const PacketColours* phases
         now - (row ? ColourPyramid::cubicAfterColumn(half, i, j) : ColourPyramid::cubicAfterRow(half, i, j));
     const Float4 before = load4(full.node(x, y)) - (row ? ColourPyramid::cubicAlongRow(full, x, y, 1)
                                                         : ColourPyramid::cubicAlongColumn(full, x, y, 1));
-    if (live) blend_.observe(0, x, y, residual, before);
-    const Float4 left = blending_ && live ? residual - blend_.lambda(0, x, y) * before : residual;
-    sum += sum4(left * left);
+    if (fresh) blend_.observe(0, x, y, residual, before);
+    const Float4 left = blending_ && fresh ? residual - blend_.lambda(0, x, y) * before : residual;
+    with += double(sum4(left * left));
+    without += double(sum4(residual * residual));
   }
+  if (blending_ && fresh) detailAge_[0].observe(detailAge(0, block), with, without);
+  detailFoundIn_[0][block] = frame_;
   stride_[block] = 1;
   fineAt_[block] = uint32_t(fine_.size());
   fine_.insert(fine_.end(), phases, phases + 3);
-  const float error = std::max(sum / float(std::size(kFineProbes)), kLeastError);
+  const float error = std::max(float(without) / float(std::size(kFineProbes)), kLeastError);
   seen_.error2 += error;
   seen_.expected2 += error4_[block];
   error2_[block] = error;

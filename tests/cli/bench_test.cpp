@@ -285,6 +285,16 @@ TEST_F(Bench, SaysWhatWasMeasuredAndHow) {
   EXPECT_THAT(html, HasSubstr(j["machine"]["processor"].get<std::string>()));
 }
 
+TEST_F(Bench, GoesByTheProcessorsClockWhereToldTo) {
+  ASSERT_TRUE(ok(bench(
+      "report", {"--methods", "anytime", "--budgets", "50%", "--threads", "1", "--clock", "processor"})));
+  EXPECT_EQ(report("report")["clock"], "processor");
+  EXPECT_THAT(page("report"), HasSubstr("times by the processor's clock"));
+  EXPECT_THAT(page("report"), Not(HasSubstr("was busy with other work")));
+  ASSERT_TRUE(ok(bench("other", {"--methods", "segments", "--threads", "1"})));
+  EXPECT_EQ(report("other")["clock"], "wall");
+}
+
 TEST_F(Bench, RefusesWhatItCannotRunBeforeItReadsAnything) {
   const std::pair<Arguments, const char*> wrong[] = {
       {{"--methods", "fast"}, "--methods: found \"fast\", expected full, segments"},
@@ -294,6 +304,9 @@ TEST_F(Bench, RefusesWhatItCannotRunBeforeItReadsAnything) {
       {{"--threads", "0"}, "--threads: found \"0\""},
       {{"--steps", "0"}, "--steps: found \"0\""},
       {{"--repeat", "0"}, "--repeat: found \"0\""},
+      {{"--clock", "sun"}, "--clock: found \"sun\""},
+      {{"--clock", "processor", "--threads", "2"},
+       "--clock: processor time of several threads is no measure"},
       {{"--steps", "1", "--step", "2"}, "cannot be given together"},
       {{"--pictures", "x"}, "--pictures: found \"x\""}};
   for (const auto& [options, message] : wrong) {
