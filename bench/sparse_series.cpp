@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "io/atomic_file.h"
-#include "io/vdb_field.h"
+#include "io/vdb_writer.h"
 
 namespace {
 

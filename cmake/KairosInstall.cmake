@@ -33,5 +33,6 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/kairosConfig.cmake.in ${
   INSTALL_DESTINATION ${KAIROS_PACKAGE_DIR})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/kairosConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/kairosConfig.cmake ${PROJECT_BINARY_DIR}/kairosConfigVersion.cmake
-  ${CMAKE_CURRENT_LIST_DIR}/FindEpoxy.cmake ${CMAKE_CURRENT_LIST_DIR}/Findlibdeflate.cmake
+  ${CMAKE_CURRENT_LIST_DIR}/FindBlosc.cmake ${CMAKE_CURRENT_LIST_DIR}/FindEpoxy.cmake
+  ${CMAKE_CURRENT_LIST_DIR}/Findlibdeflate.cmake
   DESTINATION ${KAIROS_PACKAGE_DIR})

@@ -56,7 +56,7 @@ class SequenceFile {
                                   ", expected " + std::to_string(expected));
   }
 
-  Field field() const { return fieldFromTree(path_, container_, *grid_, tree(), manifest_.lattice.type); }
+  Field field() const { return fieldFromTree(path_, *grid_, tree(), manifest_.lattice.type); }
   ChangedVoxels changes() const { return changesFromTree(path_, *grid_, tree(), manifest_.lattice.type); }
 
  private:
@@ -116,7 +116,6 @@ ChangedVoxels SequenceReader::readChanges(size_t index) const {
   file.require("kairos_state_before", hexOf(previous.stateChecksum));
   ChangedVoxels changes = file.changes();
   file.require("kairos_changed_voxels", int64_t(changes.count()));
-  file.require("kairos_content", hexOf(contentChecksum(changes)));
   changes.stateBefore = previous.stateChecksum;
   changes.stateAfter = entry.stateChecksum;
   return changes;
@@ -126,6 +125,7 @@ Field SequenceReader::readStep(size_t index) const {
   size_t from = index;
   while (!manifest_.steps.at(from).key) --from;  // the first step always is one
   Field field = readKey(from);
+  if (from == index) return field;
   while (from < index) applyChanges(readChanges(++from), field);
   if (stateChecksum(field) != manifest_.steps[index].stateChecksum)
     throw StateError(differentialPath(index) + ": the differential files do not lead to the state of step " +

@@ -6,7 +6,7 @@
 #include "io/file_bytes.h"
 #include "io/manifest.h"
 #include "io/sequence.h"
-#include "io/vdb_field.h"
+#include "io/vdb_writer.h"
 
 namespace kairos {
 namespace {

@@ -1,9 +1,9 @@
 // The container of an OpenVDB file: its grids, their metadata and transforms, read without the OpenVDB
 // library.
 //
-// OpenVDB trusts the counts and sizes it finds in a file; a damaged one can make it read or write outside its
-// buffers. So everything that stands around a tree is parsed here with bounds checks, `checkTree` walks the
-// structure of the tree itself, and only bytes that passed are handed to the library (see vdb_field.h).
+// OpenVDB itself trusts the counts and sizes it finds in a file; a damaged one can make it read or write
+// outside its buffers. Here everything that stands around a tree is parsed with bounds checks, `checkTree`
+// walks the structure of the tree itself, and only bytes that passed are decoded (see vdb_tree.h).
 #pragma once
 
 #include <cstdint>

@@ -1,11 +1,8 @@
-// Between OpenVDB grids and the project's fields and changed voxels. The only file that includes OpenVDB.
+// From OpenVDB grids to the project's fields and changed voxels, without the OpenVDB library.
 #pragma once
 
 #include <span>
 #include <string>
-#include <utility>
-#include <variant>
-#include <vector>
 
 #include "io/vdb_container.h"
 #include "volume/changed_voxels.h"
@@ -23,21 +20,11 @@ double backgroundAs(ElementType type, double background);
 /// checked first. Values of inactive voxels count; tiles are expanded; leaves that hold only background are
 /// dropped. `type` is elementTypeOf the grid, or u8/u16 for a float grid that holds whole numbers of that
 /// range. Throws InputError.
-Field fieldFromTree(const std::string& path, const VdbContainer& file, const VdbGridHeader& grid,
-                    std::span<const char> tree, ElementType type);
+Field fieldFromTree(const std::string& path, const VdbGridHeader& grid, std::span<const char> tree,
+                    ElementType type);
 
 /// The active voxels of a float grid as changed voxels; the checksums of the states are left empty.
 ChangedVoxels changesFromTree(const std::string& path, const VdbGridHeader& grid, std::span<const char> tree,
                               ElementType type);
-
-using VdbMetadataEntry = std::pair<std::string, std::variant<std::string, int64_t, double>>;
-
-/// An OpenVDB file that holds one float grid, as bytes. The same content gives the same bytes.
-/// `vdbFromField`: voxels that differ bitwise from the background are active. `vdbFromChanges`: the changed
-/// voxels are.
-std::string vdbFromField(const Field& field, const Lattice& lattice, const std::string& gridName,
-                         const std::vector<VdbMetadataEntry>& metadata);
-std::string vdbFromChanges(const ChangedVoxels& changes, const Lattice& lattice, const std::string& gridName,
-                           const std::vector<VdbMetadataEntry>& metadata);
 
 }  // namespace kairos

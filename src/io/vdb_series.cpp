@@ -64,9 +64,9 @@ ByteBuffer treeBytes(const InputFile& file, const VdbGridHeader& grid) {
   return file.read(grid.treeBegin, size_t(grid.end - grid.treeBegin));
 }
 
-Field readGrid(const InputFile& file, const VdbContainer& container, const VdbGridHeader& grid) {
+Field readGrid(const InputFile& file, const VdbGridHeader& grid) {
   requireUsable(file.path(), grid);
-  return fieldFromTree(file.path(), container, grid, treeBytes(file, grid), elementTypeOf(*grid.type()));
+  return fieldFromTree(file.path(), grid, treeBytes(file, grid), elementTypeOf(*grid.type()));
 }
 
 bool isConstant(const Field& field) {
@@ -80,9 +80,9 @@ bool isConstant(const Field& field) {
 }
 
 // Does the grid hold anything to see? A grid that is one constant (Blender's shadow) does not.
-bool isCandidate(const InputFile& file, const VdbContainer& container, const VdbGridHeader& grid) {
+bool isCandidate(const InputFile& file, const VdbGridHeader& grid) {
   if (const auto bounds = grid.activeBounds(); bounds && bounds->empty()) return false;
-  return grid.transform && !isConstant(readGrid(file, container, grid));
+  return grid.transform && !isConstant(readGrid(file, grid));
 }
 
 std::vector<const VdbGridHeader*> scalarGrids(const VdbContainer& container) {
@@ -112,7 +112,7 @@ std::string defaultGrid(const std::vector<StepFile>& steps) {
     std::vector<const VdbGridHeader*> candidates;
     for (const VdbGridHeader* grid : scalars) {
       if (grid->name == "density") return grid->name;
-      if (isCandidate(file, container, *grid)) candidates.push_back(grid);
+      if (isCandidate(file, *grid)) candidates.push_back(grid);
     }
     if (candidates.size() == 1) return candidates.front()->name;
     if (candidates.size() > 1)
@@ -138,7 +138,7 @@ class VdbSeries : public InputSeries {
     const VdbGridHeader& grid = gridOf(container, index);
     requireUsable(file.path(), grid);
     requireSame(grid, index);
-    Field field = readGrid(file, container, grid);
+    Field field = readGrid(file, grid);
     if (!lattice_.domain.contains(field.bounds))
       throw InputError(file.path(), "grid \"" + gridName_ +
                                         "\" has values outside the bounding box of its active voxels "
@@ -162,7 +162,7 @@ class VdbSeries : public InputSeries {
       lattice_.worldFromIndex = *grid.transform;
     }
     requireSame(grid, index);
-    lattice_.domain = unite(lattice_.domain, boundsOf(file, container, grid));
+    lattice_.domain = unite(lattice_.domain, boundsOf(file, grid));
     bytes_.push_back(grid.end - grid.treeBegin);
   }
 
@@ -197,9 +197,9 @@ class VdbSeries : public InputSeries {
 
   // Metadata where there are any; they are about active voxels, but a file that keeps others outside them is
   // refused when it is read.
-  static VoxelBox boundsOf(const InputFile& file, const VdbContainer& container, const VdbGridHeader& grid) {
+  static VoxelBox boundsOf(const InputFile& file, const VdbGridHeader& grid) {
     const auto stated = grid.activeBounds();
-    if (!stated) return readGrid(file, container, grid).bounds;
+    if (!stated) return readGrid(file, grid).bounds;
     constexpr int32_t kFarthest = 1 << 30;
     const VoxelBox far{{-kFarthest, -kFarthest, -kFarthest}, {kFarthest, kFarthest, kFarthest}};
     if (!far.contains(*stated)) throw InputError(file.path(), "states a bounding box outside +-2^30 voxels");
