@@ -5,6 +5,7 @@
 // NNNN is the time step's own number. docs/file-formats.md is the specification.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -50,9 +51,10 @@ SequenceManifest readManifest(const std::string& directory);
 /// Is `path` a directory that holds a sequence.json?
 bool isSequence(const std::string& path);
 
-/// Writes the steps of a sequence in order; the manifest is renewed after each, so an interrupted run
-/// resumes. Every file is written beside its final name and renamed; a failed write leaves nothing behind.
-/// Throws OutputError.
+/// Writes the steps of a sequence in order. The manifest is renewed as they come, so an interrupted run
+/// resumes: after each of the first steps, then every few seconds or when a sixteenth has come to them (it
+/// grows with them), and by the destructor. Every file is written beside its final name and renamed; a failed
+/// write leaves nothing behind. Throws OutputError.
 class SequenceWriter {
  public:
   /// Creates the directory if needed. With a manifest of an interrupted run there whose lattice, grid,
@@ -60,6 +62,10 @@ class SequenceWriter {
   /// differs, a finished or a damaged one, throws OutputError saying so. With `overwrite` it always starts
   /// afresh and removes the old files.
   SequenceWriter(std::string directory, SequenceManifest manifest, bool overwrite);
+  /// Renews the manifest if it lacks steps; errors are dropped.
+  ~SequenceWriter();
+  SequenceWriter(const SequenceWriter&) = delete;
+  SequenceWriter& operator=(const SequenceWriter&) = delete;
 
   const SequenceManifest& manifest() const { return manifest_; }
   /// `key`, `differential` and everything about the files is filled in here. `changes` is null for the first
@@ -68,8 +74,13 @@ class SequenceWriter {
   void finish();
 
  private:
+  bool renewalIsDue() const;
+  void renewManifest();
+
   std::string directory_;
   SequenceManifest manifest_;
+  size_t stepsInFile_ = 0;  // of the manifest's file
+  std::chrono::steady_clock::time_point renewed_ = std::chrono::steady_clock::now();
 };
 
 /// Random access to the steps of a sequence; safe to use from several threads.
@@ -83,9 +94,9 @@ class SequenceReader {
 
   /// The field of key frame `index`, its checksum verified.
   Field readKey(size_t index) const;
-  /// The changed voxels that lead from step index - 1 to step index, their content verified and
-  /// stateBefore/stateAfter set from the file and compared with the manifest. Throws InputError or
-  /// StateError.
+  /// The changed voxels that lead from step index - 1 to step index: of a file whose bytes have the
+  /// manifest's checksum, with stateBefore/stateAfter set from the file and compared with the manifest.
+  /// Throws InputError or StateError.
   ChangedVoxels readChanges(size_t index) const;
   /// Any step: the nearest key frame at or before it, then the differential files from there.
   Field readStep(size_t index) const;

@@ -97,6 +97,29 @@ SequenceWriter::SequenceWriter(std::string directory, SequenceManifest manifest,
     removeSequence(directory_);
   else if (isSequence(directory_))
     manifest_.steps = stepsToKeep(directory_, manifest_);
+  stepsInFile_ = manifest_.steps.size();
+}
+
+SequenceWriter::~SequenceWriter() {
+  try {
+    if (stepsInFile_ < manifest_.steps.size()) renewManifest();
+  } catch (...) {
+    // An earlier run's end is as good; this one's steps are found again.
+  }
+}
+
+bool SequenceWriter::renewalIsDue() const {
+  constexpr size_t kAlways = 64, kShare = 16;
+  constexpr std::chrono::seconds kLongest{5};
+  const size_t steps = manifest_.steps.size();
+  return steps <= kAlways || steps - stepsInFile_ >= steps / kShare ||
+         std::chrono::steady_clock::now() - renewed_ >= kLongest;
+}
+
+void SequenceWriter::renewManifest() {
+  writeFileAtomically(manifestPath(directory_), manifestText(manifest_));
+  stepsInFile_ = manifest_.steps.size();
+  renewed_ = std::chrono::steady_clock::now();
 }
 
 void SequenceWriter::write(SequenceStep entry, const Field* key, const ChangedVoxels* changes) {
@@ -124,17 +147,13 @@ void SequenceWriter::write(SequenceStep entry, const Field* key, const ChangedVo
     writeFileAtomically(keyPathOf(directory_, entry.step), bytes);
   }
   entry.bytes = entry.keyBytes + entry.differentialBytes;
-  SequenceManifest renewed = manifest_;
-  renewed.steps.push_back(entry);
-  writeFileAtomically(manifestPath(directory_), manifestText(renewed));
-  manifest_ = std::move(renewed);
+  manifest_.steps.push_back(entry);
+  if (renewalIsDue()) renewManifest();
 }
 
 void SequenceWriter::finish() {
-  SequenceManifest finished = manifest_;
-  finished.complete = true;
-  writeFileAtomically(manifestPath(directory_), manifestText(finished));
-  manifest_ = std::move(finished);
+  manifest_.complete = true;
+  renewManifest();
 }
 
 }  // namespace kairos

@@ -53,6 +53,22 @@ TEST_F(SequenceResume, NamesThatAreNotUtf8AreNoObstacle) {
   EXPECT_THAT(refusal(), HasSubstr("grid"));
 }
 
+// Renewing the manifest after each of thousands of steps would cost more than the steps.
+TEST_F(SequenceResume, ALongSequencesManifestFollowsInTheEnd) {
+  while (fields_.size() < 68) fields_.push_back(fields_[fields_.size() % 6]);
+  manifest_ = test::manifestFor(fields_);
+  {
+    SequenceWriter writer(path(), manifest_, false);
+    test::writeSteps(writer, fields_, 0, 64);
+    EXPECT_EQ(readManifest(path()).steps.size(), 64u);
+    test::writeSteps(writer, fields_, 64, 67);
+    EXPECT_LT(readManifest(path()).steps.size(), 67u);
+  }
+  EXPECT_EQ(readManifest(path()).steps.size(), 67u);
+  interruptAfter(0);
+  EXPECT_EQ(readManifest(path()).steps.size(), 67u);
+}
+
 TEST_F(SequenceResume, StepsWhoseFilesAreGoneAreDoneAgain) {
   interruptAfter(4);
   std::filesystem::remove(path() + "/diff.0023.vdb");
