@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "volume/voxel_checksum.h"
 
 namespace kairos {
 namespace {
@@ -55,8 +56,9 @@ uint64_t compareLeaf(const T* before, const T* after, double tolerance, T backgr
     if (!hasChanged(before[i], after[i], tolerance)) continue;
     leaf.mask[size_t(i >> 6)] |= uint64_t(1) << (i & 63);
     const Vec3i v = leaf.origin + Vec3i{i & 7, (i >> 3) & 7, i >> 6};
-    checksum += voxelChecksum(v, bitsOf(after[i]), bitsOf(background)) -
-                voxelChecksum(v, bitsOf(before[i]), bitsOf(background));
+    const uint64_t place = checksumOfPlace(v);
+    checksum += checksumTerm(place, bitsOf(after[i]), bitsOf(background)) -
+                checksumTerm(place, bitsOf(before[i]), bitsOf(background));
   }
   return checksum;
 }

@@ -4,17 +4,9 @@
 #include <bit>
 #include <cstring>
 
+#include "volume/voxel_checksum.h"
+
 namespace kairos {
-namespace {
-
-uint64_t mix(uint64_t x) {  // splitmix64's finaliser (Steele et al. 2014)
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
-}
-
-}  // namespace
-
 int64_t Field::findLeaf(const Vec3i& origin) const {
   const auto it = std::lower_bound(leafOrigins.begin(), leafOrigins.end(), origin, lessZYX);
   return it != leafOrigins.end() && *it == origin ? it - leafOrigins.begin() : -1;
@@ -69,6 +61,7 @@ Field fieldFromDense(const T* values, const Vec3i& dims, T background, const Vec
   field.background = double(background);
   field.bounds = {origin, origin + dims};
   std::vector<T> out;
+  out.reserve(size_t(dims.x) * size_t(dims.y) * size_t(dims.z));
   const Vec3i first = leafOriginOf(origin);
   for (int z = first.z; z < field.bounds.hi.z; z += kLeafEdge)
     for (int y = first.y; y < field.bounds.hi.y; y += kLeafEdge)
@@ -98,10 +91,7 @@ template Field fieldFromDense(const uint16_t*, const Vec3i&, uint16_t, const Vec
 template Field fieldFromDense(const float*, const Vec3i&, float, const Vec3i&);
 
 uint64_t voxelChecksum(const Vec3i& v, uint64_t valueBits, uint64_t backgroundBits) {
-  if (valueBits == backgroundBits) return 0;
-  const uint64_t position = (uint64_t(uint32_t(v.x)) | uint64_t(uint32_t(v.y)) << 32) ^
-                            mix(uint64_t(uint32_t(v.z)) + 0x9e3779b97f4a7c15ull);
-  return mix(mix(position) + valueBits * 0x9e3779b97f4a7c15ull + 1);
+  return checksumTerm(checksumOfPlace(v), valueBits, backgroundBits);
 }
 
 uint64_t stateChecksum(const Field& field) {
@@ -113,7 +103,8 @@ uint64_t stateChecksum(const Field& field) {
         for (size_t leaf = 0; leaf < field.leafCount(); ++leaf)
           for (int i = 0; i < kLeafVoxels; ++i) {
             const Vec3i v = field.leafOrigins[leaf] + Vec3i{i & 7, (i >> 3) & 7, i >> 6};
-            sum += voxelChecksum(v, bitsOf(values[leaf * kLeafVoxels + size_t(i)]), background);
+            sum +=
+                checksumTerm(checksumOfPlace(v), bitsOf(values[leaf * kLeafVoxels + size_t(i)]), background);
           }
         return sum;
       },
