@@ -52,7 +52,7 @@ void LodArguments::addTo(CLI::App& command) {
   view.addTo(command);
   addTimeOptions(command);
   addVolumeOptions(command);
-  addOutputOptions(command);
+  output.addTo(command, "one JSON object per frame: times, counts, levels");
   command.footer(kExamples);
 }
 
@@ -97,36 +97,11 @@ void LodArguments::addVolumeOptions(CLI::App& command) {
   add("--threads", "N", words_.threads, "threads that prepare the volume, from 1 to 1024 [all processors]");
 }
 
-void LodArguments::addOutputOptions(CLI::App& command) {
-  const char* const kGroup = "Output";
-  command.add_option("-o,--output", output, "EXR files to write, #### for the time step (required)")
-      ->group(kGroup)
-      ->option_text("PATTERN")
-      ->required();
-  command.add_option("--frames", framesText, "time steps to render: A-B, A, A- or -B [all]")
-      ->group(kGroup)
-      ->option_text("A-B");
-  auto* half =
-      command.add_flag("--half", words_.half, "16-bit float colour [this]")->group(kGroup)->option_text(" ");
-  command.add_flag("--float", words_.full, "32-bit float colour")
-      ->group(kGroup)
-      ->excludes(half)
-      ->option_text(" ");
-  command.add_option("--compression", words_.compression, "zip, zips, piz or none; all lossless [zip]")
-      ->group(kGroup)
-      ->option_text("NAME");
-  command.add_flag("--png", png, "also a PNG beside each EXR, over black")->group(kGroup);
-  command.add_option("--stats", stats, "one JSON object per frame: times, counts, levels")
-      ->group(kGroup)
-      ->option_text("FILE.jsonl");
-  command.add_flag("--quiet", quiet, "no progress, no summary")->group(kGroup);
-}
-
 void LodArguments::interpret() {
   view.interpret();
   interpretTime();
   interpretVolume();
-  interpretOutput();
+  output.interpret();
 }
 
 void LodArguments::interpretTime() {
@@ -181,15 +156,6 @@ void LodArguments::interpretVolume() {
   threads = w.threads.empty()
                 ? std::clamp(int(std::thread::hardware_concurrency()), 1, 1024)
                 : int(integerOption("--threads", w.threads, 1, 1024, "a whole number from 1 to 1024"));
-}
-
-void LodArguments::interpretOutput() {
-  const Words& w = words_;
-  if (!framesText.empty()) frames = stepRangeOption("--frames", framesText);
-  exr.half = !w.full;
-  if (!w.compression.empty())
-    exr.compression =
-        ExrCompression(choiceOption("--compression", w.compression, {"none", "zips", "zip", "piz"}));
 }
 
 LodSettings LodArguments::settings(const RenderSettings& picture, const Lattice& lattice) const {

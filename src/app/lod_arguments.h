@@ -7,9 +7,8 @@
 #include <string>
 
 #include "app/input_arguments.h"
-#include "app/option_values.h"
+#include "app/output_arguments.h"
 #include "app/view_arguments.h"
-#include "io/image_file.h"
 #include "lod/gl_context.h"
 #include "lod/importance.h"
 #include "lod/lod_controller.h"
@@ -39,18 +38,13 @@ class LodArguments {
 
   InputArguments input;
   ViewArguments view;
+  OutputArguments output;
 
   // Valid after `interpret`.
   LodMethod method = LodMethod::none;
   double budgetSeconds = 0;  // 0: none
   GlPlatform platform = GlPlatform::automatic;
   int threads = 0;
-  std::string output;
-  StepRange frames;
-  std::string framesText;
-  ExrOptions exr;
-  bool png = false, quiet = false;
-  std::string stats;
 
   const char* methodName() const;
 
@@ -58,16 +52,12 @@ class LodArguments {
   struct Words {
     std::string controller, budget, importance, gaze, tolerance, coherence;
     std::string textureMemory, slices, blend, subvolumeMemory, subvolumeDeviation, platform, threads;
-    std::string compression;
-    bool half = false, full = false;
   };
 
   void addTimeOptions(CLI::App& command);
   void addVolumeOptions(CLI::App& command);
-  void addOutputOptions(CLI::App& command);
   void interpretTime();
   void interpretVolume();
-  void interpretOutput();
 
   Words words_;
   std::optional<Vec3d> gaze_;  // x, y in pixels

@@ -76,7 +76,7 @@ class LodRun {
   void summarise(SystemClock::time_point begin) const;
 
   std::string framePathOf(size_t index) const {
-    return framePath(arguments_.output, source_->steps()[index]);
+    return framePath(arguments_.output.pattern, source_->steps()[index]);
   }
   std::string hierarchyPath() const;
   uint64_t hierarchyIdentity() const;
@@ -104,9 +104,7 @@ class LodRun {
 void LodRun::run() {
   const auto begin = SystemClock::now();
   arguments_.interpret();
-  const std::string& frames = arguments_.framesText;
-  checkOutputPattern(arguments_.output,
-                     !frames.empty() && frames.find_first_not_of("0123456789") == std::string::npos);
+  arguments_.output.check();
   open();
   defineImages();
   gl_.emplace(arguments_.platform);
@@ -117,7 +115,8 @@ void LodRun::run() {
 void LodRun::open() {
   pool_ = std::make_unique<ThreadPool>(arguments_.threads);
   source_ = openStepSource(arguments_.input, 0, *pool_);
-  const SelectedSteps selected = selectSteps(*source_, arguments_.frames, "--frames", arguments_.framesText);
+  const SelectedSteps selected =
+      selectSteps(*source_, arguments_.output.frames, "--frames", arguments_.output.framesText);
   first_ = selected.first;
   last_ = selected.last;
 }
@@ -127,7 +126,7 @@ void LodRun::defineImages() {
   view_ = arguments_.view.settings(source_->lattice(), {0, 1});
   settings_ = arguments_.settings(view_, source_->lattice());
   if (arguments_.view.needsDataRange()) {
-    ProgressLine progress("scanning value range", "steps", arguments_.quiet);
+    ProgressLine progress("scanning value range", "steps", arguments_.output.quiet);
     const ValueRange range = source_->valueRange(
         [&](int64_t done, int64_t total) { progress.update(done, total); }, context_.stop);
     view_ = arguments_.view.settings(source_->lattice(), range);
@@ -137,9 +136,9 @@ void LodRun::defineImages() {
 }
 
 void LodRun::renderFrames() {
-  stats_.emplace(arguments_.stats, false);
-  progress_.emplace("rendering", "frames", arguments_.quiet);
-  writer_.emplace(view_.camera, arguments_.exr, 1);
+  stats_.emplace(arguments_.output.stats, false);
+  progress_.emplace("rendering", "frames", arguments_.output.quiet);
+  writer_.emplace(view_.camera, arguments_.output.exr, 1);
   StepStream stream(*source_, first_, last_);
   try {
     while (const auto step = stream.next()) {
@@ -263,7 +262,7 @@ nlohmann::ordered_json LodRun::record(const LoadedStep& step, double updateMs) c
 
 void LodRun::writeFrame(const LoadedStep& step, double updateMs) {
   FrameToWrite frame{framePathOf(step.index), {}, renderer_->image(), {}, {}, {}, {}};
-  if (arguments_.png) frame.png = std::filesystem::path(frame.path).replace_extension(".png").string();
+  if (arguments_.output.png) frame.png = std::filesystem::path(frame.path).replace_extension(".png").string();
   frame.metadata = {{"comments", context_.commandLine},
                     {"kairos:version", std::string(KAIROS_VERSION)},
                     {"kairos:step", stepEntry(source_->steps()[step.index])},
@@ -278,7 +277,7 @@ void LodRun::writeFrame(const LoadedStep& step, double updateMs) {
 }
 
 void LodRun::summarise(SystemClock::time_point begin) const {
-  if (arguments_.quiet) return;
+  if (arguments_.output.quiet) return;
   const LodStatistics& s = renderer_->statistics();
   std::printf("%s of %dx%d in %s (controller %s, %s)\n", countText(uint64_t(frames_), "frame").c_str(),
               view_.width, view_.height, durationText(msSince(begin) / 1000).c_str(), arguments_.methodName(),

@@ -90,23 +90,7 @@ void RenderArguments::addMethodOptions(CLI::App& command) {
 }
 
 void RenderArguments::addOutputOptions(CLI::App& command) {
-  const char* const kGroup = "Output";
-  command.add_option("-o,--output", output, "EXR files to write, #### for the time step (required)")
-      ->group(kGroup)
-      ->option_text("PATTERN")
-      ->required();
-  command.add_option("--frames", framesText, "time steps to render: A-B, A, A- or -B [all]")
-      ->group(kGroup)
-      ->option_text("A-B");
-  auto* half =
-      command.add_flag("--half", words_.half, "16-bit float colour [this]")->group(kGroup)->option_text(" ");
-  command.add_flag("--float", words_.full, "32-bit float colour")
-      ->group(kGroup)
-      ->excludes(half)
-      ->option_text(" ");
-  command.add_option("--compression", words_.compression, "zip, zips, piz or none; all lossless [zip]")
-      ->group(kGroup)
-      ->option_text("NAME");
+  output.addTo(command, "one JSON object per frame: times, counts, what was reused");
   command
       .add_option(
           "--aov", words_.aov,
@@ -114,21 +98,17 @@ void RenderArguments::addOutputOptions(CLI::App& command) {
           "in world units, infinite where nothing is seen;\nnot under a budget, dvr), error (expected, per "
           "pixel), age (steps since a\npixel was cast), level (stride in pixels of the rays around it), "
           "influence\n(changed voxels that touch it; dvrm, tldvrm, tcdvrm), samples (along its\nray) [none]")
-      ->group(kGroup)
+      ->group("Output")
       ->option_text("NAMES");
-  command.add_flag("--png", png, "also a PNG beside each EXR, over black")->group(kGroup);
-  command.add_option("--stats", stats, "one JSON object per frame: times, counts, what was reused")
-      ->group(kGroup)
-      ->option_text("FILE.jsonl");
   command.add_flag("--resume", resume, "skip frames that an earlier run with the same settings finished")
-      ->group(kGroup);
-  command.add_flag("--quiet", quiet, "no progress, no summary")->group(kGroup);
+      ->group("Output");
 }
 
 void RenderArguments::interpret() {
   view.interpret();
   interpretMethod();
-  interpretOutput();
+  output.interpret();
+  interpretAovs();
 }
 
 void RenderArguments::interpretMethod() {
@@ -166,15 +146,9 @@ void RenderArguments::interpretBudget() {
         uint64_t(integerOption("--seed", words_.seed, 0, INT64_MAX, "a whole number of 0 or more"));
 }
 
-void RenderArguments::interpretOutput() {
-  const Words& w = words_;
-  if (!framesText.empty()) frames = stepRangeOption("--frames", framesText);
-  exr.half = !w.full;
-  if (!w.compression.empty())
-    exr.compression =
-        ExrCompression(choiceOption("--compression", w.compression, {"none", "zips", "zip", "piz"}));
-  if (w.aov.empty()) return;
-  for (const std::string& word : commaSeparated(w.aov)) {
+void RenderArguments::interpretAovs() {
+  if (words_.aov.empty()) return;
+  for (const std::string& word : commaSeparated(words_.aov)) {
     const size_t aov =
         choiceOption("--aov", word, {"error", "age", "level", "influence", "samples", "depth"});
     if (aov == 5)

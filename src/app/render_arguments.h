@@ -6,11 +6,10 @@
 #include <vector>
 
 #include "app/input_arguments.h"
-#include "app/option_values.h"
+#include "app/output_arguments.h"
 #include "app/published_method_arguments.h"
 #include "app/view_arguments.h"
 #include "diff/frame_renderer.h"
-#include "io/image_file.h"
 
 namespace CLI {
 class App;
@@ -27,34 +26,29 @@ class RenderArguments {
 
   InputArguments input;
   ViewArguments view;
+  OutputArguments output;
 
   // Valid after `interpret`.
   double tolerance = 0;
   RendererOptions renderer;
   Isa isa = Isa::automatic;
-  std::string output;      // pattern of the EXR files
-  StepRange frames;        // all by default
-  std::string framesText;  // as typed
-  ExrOptions exr;
   bool depth = false;  // --aov depth
   std::vector<FrameRenderer::Aov> aovs;
   std::string budgetText;  // as typed
   bool verify = false;     // --verify
-  bool png = false, resume = false, quiet = false;
-  std::string stats;  // empty: none
+  bool resume = false;
 
  private:
   struct Words {
     std::string tolerance, method, seed, threads, isa, cacheMemory;
-    std::string compression, aov;
-    bool half = false, full = false;
+    std::string aov;
   };
 
   void addMethodOptions(CLI::App& command);
   void addOutputOptions(CLI::App& command);
   void interpretMethod();
   void interpretBudget();
-  void interpretOutput();
+  void interpretAovs();
 
   PublishedMethodArguments published_;
   Words words_;

@@ -55,10 +55,12 @@ class RenderRun {
   void summarise(Clock::time_point begin);
 
   std::string framePathOf(size_t index) const {
-    return framePath(arguments_.output, source_->steps()[index]);
+    return framePath(arguments_.output.pattern, source_->steps()[index]);
   }
   std::string pngPathOf(size_t index) const {
-    return arguments_.png ? std::filesystem::path(framePathOf(index)).replace_extension(".png").string() : "";
+    return arguments_.output.png
+               ? std::filesystem::path(framePathOf(index)).replace_extension(".png").string()
+               : "";
   }
   std::string fingerprintOf(size_t index) const {
     return frameFingerprint(settingsHash_, source_->identity(firstSelected_, index));
@@ -88,9 +90,7 @@ class RenderRun {
 void RenderRun::run() {
   const auto begin = Clock::now();
   arguments_.interpret();
-  const std::string& frames = arguments_.framesText;
-  const bool oneStep = !frames.empty() && frames.find_first_not_of("0123456789") == std::string::npos;
-  checkOutputPattern(arguments_.output, oneStep);
+  arguments_.output.check();
   open();
   selectFrames();
   defineImages();
@@ -105,13 +105,14 @@ void RenderRun::open() {
 }
 
 void RenderRun::selectFrames() {
-  const SelectedSteps selected = selectSteps(*source_, arguments_.frames, "--frames", arguments_.framesText);
+  const SelectedSteps selected =
+      selectSteps(*source_, arguments_.output.frames, "--frames", arguments_.output.framesText);
   firstSelected_ = selected.first;
   lastSelected_ = selected.last;
 }
 
 ValueRange RenderRun::dataRange() {
-  ProgressLine progress("scanning value range", "steps", arguments_.quiet);
+  ProgressLine progress("scanning value range", "steps", arguments_.output.quiet);
   return source_->valueRange([&](int64_t done, int64_t total) { progress.update(done, total); },
                              context_.stop);
 }
@@ -134,8 +135,8 @@ void RenderRun::defineImages() {
                   settings_.height,
                   arguments_.renderer.budget,
                   !budgeted(arguments_.renderer.method) && publishedMethodText(arguments_.renderer).empty()};
-  const std::string storage =
-      formatted("half %d compression %d", int(arguments_.exr.half), int(arguments_.exr.compression));
+  const std::string storage = formatted("half %d compression %d", int(arguments_.output.exr.half),
+                                        int(arguments_.output.exr.compression));
   std::string further = storage;
   for (const FrameRenderer::Aov aov : arguments_.aovs)
     further += std::string(" aov ") + FrameRenderer::name(aov);
@@ -179,9 +180,9 @@ void RenderRun::renderFrames() {
             std::string(settings_.clipBox ? " inside the clip box" : "") +
             "; check --eye, --target, --fov, --ortho and --clip-box against the volume's bounds " +
             "(kairos info shows them), or use --view");
-  stats_.emplace(arguments_.stats, arguments_.resume);
-  progress_.emplace("rendering", "frames", arguments_.quiet);
-  writer_.emplace(settings_.camera, arguments_.exr, std::clamp(arguments_.renderer.threads, 1, 4));
+  stats_.emplace(arguments_.output.stats, arguments_.resume);
+  progress_.emplace("rendering", "frames", arguments_.output.quiet);
+  writer_.emplace(settings_.camera, arguments_.output.exr, std::clamp(arguments_.renderer.threads, 1, 4));
   try {
     for (auto begin = Clock::now(); auto step = stream.next(); begin = Clock::now()) {
       renderStep(*step, begin);
@@ -241,7 +242,7 @@ void RenderRun::writeFrame(const LoadedStep& step, const FrameTimes& times) {
   const int64_t number = source_->steps()[step.index];
   FrameToWrite frame{framePathOf(step.index), {}, writer_->spareImage(), {}, aovs(), {}, {}};
   frame.rgba = renderer_->image();
-  if (arguments_.png) frame.png = pngPathOf(step.index);
+  if (arguments_.output.png) frame.png = pngPathOf(step.index);
   if (arguments_.depth) frame.depth = renderer_->depth();
   frame.metadata = {{"comments", context_.commandLine},
                     {"kairos:version", std::string(KAIROS_VERSION)},
@@ -275,7 +276,7 @@ void RenderRun::warnOfNonFinite(const LoadedStep& step) {
 }
 
 void RenderRun::summarise(Clock::time_point begin) {
-  if (arguments_.quiet) return;
+  if (arguments_.output.quiet) return;
   const auto kept = size_t(std::count(stands_.begin(), stands_.end(), true));
   const uint64_t memory = renderer_ ? renderer_->memoryBytes() : 0;
   std::fputs(summary_.text(description_, kept, msSince(begin) / 1000, memory).c_str(), stdout);

@@ -386,11 +386,11 @@ TEST(Program, RenderHelpNamesEveryOptionInItsGroup) {
                            "--half",
                            "--float",
                            "--compression",
-                           "--aov",
                            "--png",
                            "--stats",
-                           "--resume",
                            "--quiet",
+                           "--aov",
+                           "--resume",
                            "Examples:"}) {
     const size_t found = help.find(text, at);
     ASSERT_NE(found, std::string::npos) << text << " is missing or out of order";
