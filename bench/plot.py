@@ -13,12 +13,9 @@ import argparse
 import json
 import re
 
-import matplotlib
 import numpy as np
 
-matplotlib.use("Agg")
-matplotlib.rcParams["svg.fonttype"] = "none"  # text stays text
-from matplotlib import pyplot  # noqa: E402  (the backend is chosen first)
+from grouped_bars import Bar, grouped_bars
 
 
 def samples_of(results, counter, cases):
@@ -42,29 +39,8 @@ def samples_of(results, counter, cases):
 
 
 def plot(samples, unit, path):
-    groups = list(dict.fromkeys(group for group, _ in samples))
-    whats = list(dict.fromkeys(what for _, what in samples))
-    figure, axes = pyplot.subplots(figsize=(8, .8 + .19 * len(samples) + .12 * len(groups)), layout="constrained")
-    position, ticks = 0.0, []
-    for group in groups:
-        members = [(what, values) for (g, what), values in samples.items() if g == group]
-        ticks.append(position + (len(members) - 1) / 2)
-        for what, values in members:
-            middle = float(np.median(values))
-            axes.barh(position, middle, .85, color=f"C{whats.index(what)}", label=what,
-                      xerr=[[middle - min(values)], [max(values) - middle]], error_kw=dict(lw=.8))
-            axes.annotate(f"{middle:.3g}", (max(values), position), (3, 0), textcoords="offset points", va="center",
-                          fontsize=7)
-            position += 1
-        position += .7
-    axes.set_yticks(ticks, groups, fontsize=8)
-    axes.invert_yaxis()
-    axes.margins(x=.08)
-    axes.set_xlabel(unit)
-    handles, labels = axes.get_legend_handles_labels()
-    unique = dict(zip(labels, handles))
-    axes.legend(unique.values(), unique.keys(), fontsize=7)
-    figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
+    grouped_bars([Bar(group, what, float(np.median(values)), min(values), max(values))
+                  for (group, what), values in samples.items()], path, unit)
 
 
 def main():

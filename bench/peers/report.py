@@ -8,6 +8,8 @@ A ratio is that of the medians; in brackets the smallest and the largest ratio o
 import argparse
 import csv
 import json
+import os
+import sys
 
 import numpy as np
 
@@ -68,41 +70,16 @@ def write_csv(results, path):
 
 def plot(results, path):
     """How many times as long every peer takes as Kairos, with the spread over the rounds."""
-    import matplotlib
-    matplotlib.use("Agg")
-    matplotlib.rcParams["svg.fonttype"] = "none"  # text stays text
-    from matplotlib import pyplot
+    sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+    from grouped_bars import Bar, grouped_bars
     bars = []
     for kind, name, result, unit in sections(results):
         for r in rows_of(result["drivers"], unit):
             for o, ratio in r["ratios"].items():
                 what = name.replace("_", " ") if kind == "frames" else f"whole job, {name}"
-                bars.append((f"{what}: {r['label']}", o, ratio))
-    names, ours = list(dict.fromkeys(b[0] for b in bars)), list(dict.fromkeys(b[1] for b in bars))
-    figure, axes = pyplot.subplots(figsize=(8, 1 + .14 * len(bars) + .16 * len(names)), layout="constrained")
-    position, ticks = 0.0, []
-    for name in names:
-        group = [b for b in bars if b[0] == name]
-        ticks.append(position + (len(group) - 1) / 2)
-        for _, o, r in group:
-            middle = r["of_medians"]
-            low, high = min(r["min"], middle), max(r["max"], middle)
-            axes.barh(position, middle - 1, .85, left=1, color=f"C{ours.index(o)}", label=o,
-                      xerr=[[middle - low], [high - middle]], error_kw=dict(lw=.8))
-            axes.annotate(f"{middle:.1f}", (high, position), (3, 0), textcoords="offset points", va="center",
-                          fontsize=7)
-            position += 1
-        position += .7
-    axes.set_yticks(ticks, names, fontsize=8)
-    axes.invert_yaxis()
-    axes.margins(y=.01)
-    axes.set_xscale("log")
-    axes.set_xticks([1, 2, 5, 10, 20, 50, 100, 200], ["1", "2", "5", "10", "20", "50", "100", "200"])
-    axes.set_xlabel("time of the peer / time of Kairos")
-    handles, labels = axes.get_legend_handles_labels()
-    unique = dict(zip(labels, handles))
-    axes.legend(unique.values(), unique.keys(), fontsize=7)
-    figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
+                bars.append(Bar(f"{what}: {r['label']}", o, ratio["of_medians"], ratio["min"], ratio["max"]))
+    grouped_bars(bars, path, "time of the peer / time of Kairos", base=1,
+                 log_ticks=[1, 2, 5, 10, 20, 50, 100, 200], text="{:.1f}")
 
 
 def main():
