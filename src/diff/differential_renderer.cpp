@@ -18,6 +18,12 @@ void DifferentialRenderer::renderWhole() {
 void DifferentialRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& applied) {
   Stopwatch clock;
   exact_.note(applied);
+  if (exact_.changesNearlyAll(applied)) {
+    statistics_.segmentsDirty = exact_.caster().index()->segmentCount();
+    statistics_.selectMs = clock.lap();
+    exact_.castAll(statistics_);
+    return complete();
+  }
   statistics_.segmentsDirty = exact_.mark();
   const std::vector<uint32_t>& tiles = exact_.staleTiles();
   statistics_.selectMs = clock.lap();
@@ -26,6 +32,10 @@ void DifferentialRenderer::renderChanges(const ChangedVoxels&, const AppliedChan
 
 void DifferentialRenderer::castTiles(const std::vector<uint32_t>& tiles) {
   exact_.cast(tiles, statistics_);
+  complete();
+}
+
+void DifferentialRenderer::complete() {
   statistics_.cacheBytes = exact_.cacheBytes();
   statistics_.error = ErrorEstimate{};
 }

@@ -29,6 +29,7 @@ class DifferentialRenderer : public FrameRenderer {
   void renderWhole() override;
   void renderChanges(const ChangedVoxels& changes, const AppliedChanges& applied) override;
   void castTiles(const std::vector<uint32_t>& tiles);
+  void complete();
 
   ExactImage exact_;
 };

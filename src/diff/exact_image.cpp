@@ -55,9 +55,13 @@ ExactImage::ExactImage(const SceneState& scene, const RendererOptions& options, 
 void ExactImage::restart() {
   if (const SegmentIndex* index = caster_.index(); index && index->hasBrickIndex())
     cache_ = std::make_unique<SegmentCache>(*index, tileCount(), settings().channels(), options_.cacheMemory);
+  forgetNotes();
+  markAll();
+}
+
+void ExactImage::forgetNotes() {
   for (const uint32_t cell : notedCells_) noted_[cell] = 0;
   notedCells_.clear();
-  markAll();
 }
 
 void ExactImage::markAll() {
@@ -125,6 +129,24 @@ ExactImage::Reach ExactImage::reachOf(const AppliedChanges& changes) const {
   return reach;
 }
 
+// By the bricks that lie wholly in the domain: of the others only a part can change.
+bool ExactImage::changesNearlyAll(const AppliedChanges& changes) const {
+  if (!cache_) return false;
+  constexpr double kNearlyAll = 0.95;
+  const VoxelBox& domain = scene_.volume().lattice().domain;
+  const auto samples = [&](uint32_t cell) -> uint64_t {
+    if (!scene_.occupancy().visible(cell)) return 0;
+    const Vec3i lo = scene_.volume().cellOrigin(cell);
+    return domain.contains({lo, lo + Vec3i{kBrickEdge, kBrickEdge, kBrickEdge}}) ? cellSamples_[cell] : 0;
+  };
+  uint64_t touched = 0, visible = 0;
+  for (size_t i = 0; i < changes.cells.size(); ++i)
+    if (changes.subBlocks[i] == ~uint64_t(0)) touched += samples(changes.cells[i]);
+  if (touched == 0) return false;
+  for (uint32_t cell = 0; cell < cellSamples_.size(); ++cell) visible += samples(cell);
+  return double(touched) >= kNearlyAll * double(visible);
+}
+
 // Decides whether a tile goes through the cache, and turns the marks since its last cast into plain stale
 // ones. What lay behind the end of all rays in the last frame has no say: most likely it still does.
 bool ExactImage::chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags) {
@@ -144,7 +166,7 @@ bool ExactImage::chooseCache(uint32_t tile, std::span<const Segment> segments, u
   return cache_->reserve(int(tile), visibleSegments);
 }
 
-void ExactImage::castTile(uint32_t tile, PreparedTile& prepared, TileCounters& counters) {
+void ExactImage::castTile(uint32_t tile, bool throughCache, PreparedTile& prepared, TileCounters& counters) {
   const SegmentIndex* index = caster_.index();
   if (!caster_.prepare(scene_.kernelScene(), int(tile), prepared)) {
     std::fill_n(pixels(tile), pixelFloats_, 0.0f);
@@ -158,7 +180,7 @@ void ExactImage::castTile(uint32_t tile, PreparedTile& prepared, TileCounters& c
       pixels(tile)};
   if (cache_) {
     const size_t first = index->begin(int(tile));
-    if (chooseCache(tile, prepared.segments, cache_->flags(first))) {
+    if (throughCache && chooseCache(tile, prepared.segments, cache_->flags(first))) {
       task.partials = cache_->partials(first);
       task.stale = cache_->flags(first);
     } else {
@@ -171,6 +193,17 @@ void ExactImage::castTile(uint32_t tile, PreparedTile& prepared, TileCounters& c
 }
 
 void ExactImage::cast(std::span<const uint32_t> tiles, FrameStatistics& statistics) {
+  cast(tiles, true, statistics);
+}
+
+void ExactImage::castAll(FrameStatistics& statistics) {
+  if (cache_) cache_->invalidate();
+  forgetNotes();
+  markAll();
+  cast(staleTiles(), false, statistics);
+}
+
+void ExactImage::cast(std::span<const uint32_t> tiles, bool throughCache, FrameStatistics& statistics) {
   Stopwatch clock;
   TileCounters total;
   std::mutex totalMutex;
@@ -179,7 +212,7 @@ void ExactImage::cast(std::span<const uint32_t> tiles, FrameStatistics& statisti
     TileCounters counters;
     PreparedTile prepared;
     for (size_t i = begin; i < end; ++i) {
-      castTile(tiles[i], prepared, counters);
+      castTile(tiles[i], throughCache, prepared, counters);
       stale_[tiles[i]] = 0;
     }
     std::lock_guard lock(totalMutex);

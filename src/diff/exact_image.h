@@ -51,10 +51,15 @@ class ExactImage {
     uint64_t touched = 0, visible = 0;
   };
   Reach reachOf(const AppliedChanges& changes) const;
+  /// Did one step's changes reach so many of the visible samples that looking for the others cannot pay?
+  bool changesNearlyAll(const AppliedChanges& changes) const;
 
   /// Casts the tiles (after `mark`) and writes them to the images; they are exact then. Adds to the counts
   /// and times of `statistics`.
   void cast(std::span<const uint32_t> tiles, FrameStatistics& statistics);
+  /// The same for all tiles and without the cache, whatever was marked or noted; nothing of it is reused
+  /// afterwards.
+  void castAll(FrameStatistics& statistics);
   /// Writes tiles that were cast earlier to the images once more. Returns how many pixels that changed.
   uint64_t show(std::span<const uint32_t> tiles);
 
@@ -68,7 +73,9 @@ class ExactImage {
   static constexpr uint8_t kTouched = 2;
 
   float* pixels(uint32_t tile) { return pixels_.data() + size_t(tile) * pixelFloats_; }
-  void castTile(uint32_t tile, PreparedTile& prepared, TileCounters& counters);
+  void forgetNotes();
+  void castTile(uint32_t tile, bool throughCache, PreparedTile& prepared, TileCounters& counters);
+  void cast(std::span<const uint32_t> tiles, bool throughCache, FrameStatistics& statistics);
   bool chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags);
 
   const SceneState& scene_;

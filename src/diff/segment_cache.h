@@ -36,6 +36,8 @@ class SegmentCache {
     return first;
   }
 
+  /// Makes every segment stale.
+  void invalidate() { std::fill(flags_.begin(), flags_.end(), uint8_t(stale)); }
   /// Turns this step's marks into plain stale ones.
   static void forgetMarks(uint8_t* flags, size_t segments) {
     std::replace(flags, flags + segments, uint8_t(touched), uint8_t(stale));

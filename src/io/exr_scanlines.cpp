@@ -125,12 +125,17 @@ PixelWindow contentWindow(const std::vector<const Image*>& images) {
     if (blank(0, y, width)) continue;
     content.y0 = std::min(content.y0, y);
     content.y1 = y;
-    int x = 0;
-    while (x < content.x0 && blank(x, y, 1)) ++x;
-    content.x0 = std::min(content.x0, x);
-    x = width - 1;
-    while (x > content.x1 && blank(x, y, 1)) --x;
-    content.x1 = std::max(content.x1, x);
+    // Rows reach beyond those above them by little if at all.
+    if (!blank(0, y, content.x0)) {
+      int x = 0;
+      while (blank(x, y, 1)) ++x;
+      content.x0 = x;
+    }
+    if (const int right = content.x1 + 1; !blank(right, y, width - right)) {
+      int x = width - 1;
+      while (blank(x, y, 1)) --x;
+      content.x1 = x;
+    }
   }
   return content.y1 < 0 ? PixelWindow{} : content;
 }

@@ -114,6 +114,33 @@ TEST(DifferentialFrames, EqualTheFullRenderOnEveryInstructionSetAndKernel) {
         }
 }
 
+// Such a step is rendered without looking for what it touched; the cached segments must not outlive it.
+TEST(DifferentialFrames, OutdoAStepThatChangesEverything) {
+  for (const ElementType type : {ElementType::u8, ElementType::f32}) {
+    Sequence sequence{"everything", denseNoise(type, 48, 1).lattice, {}};
+    const auto withVoxel = [&](Field field, const Vec3i& voxel) {
+      applyChanges(changesOf(type, {{voxel, 1}}), field);
+      return field;
+    };
+    const Field first = denseNoise(type, 48, 1).field, second = denseNoise(type, 48, 2).field;
+    sequence.steps = {first, withVoxel(first, {4, 5, 6}), second, withVoxel(second, {20, 21, 22}),
+                      withVoxel(second, {30, 5, 9})};
+    const RenderSettings settings = settingsFor(sequence.scene(), "iso", softTransferFunction(type), 38, 30);
+    const std::vector<ChangedVoxels> changes = sequence.changes();
+    FramePair frames(sequence.lattice, settings, withMethod(Method::segments));
+    EXPECT_TRUE(frames.start(first));
+    for (size_t i = 0; i < changes.size(); ++i) {
+      EXPECT_TRUE(frames.update(changes[i])) << i;
+      const FrameStatistics& statistics = frames.segments().statistics();
+      const auto all = uint64_t(frames.segments().image().width * frames.segments().image().height);
+      if (i == 1)
+        EXPECT_EQ(statistics.pixelsRecast, all);
+      else
+        EXPECT_LT(statistics.pixelsRecast, all / 4);
+    }
+  }
+}
+
 TEST(DifferentialFrames, DoNotDependOnTheStepARendererStartedFrom) {
   for (size_t number = 0; number < 9; ++number) {
     const Sequence& sequence = sequenceNumber(number);
