@@ -110,7 +110,7 @@ class SeriesSource : public StepSource {
     last_ = index;
     Field field = series_->read(index);
     LoadedStep step{index, Field{}, 0, series_->bytes(index), nonFiniteOf(field)};
-    detector_.emplace(field, tolerance_);
+    detector_.emplace(field, tolerance_, ChangeDetector::States::unnamed);
     step.content = std::move(field);
     return step;
   }

@@ -47,14 +47,15 @@ bool hasChanged(T before, T after, double tolerance) {
   return std::abs(double(after) - double(before)) > tolerance;
 }
 
-// Compares one leaf; returns the change of the state checksum.
-template <class T>
+// Compares one leaf; returns the change of the state checksum, or 0.
+template <bool kChecksummed, class T>
 uint64_t compareLeaf(const T* before, const T* after, double tolerance, T background, ChangedLeaf& leaf) {
   if (std::memcmp(before, after, kLeafVoxels * sizeof(T)) == 0) return 0;
   uint64_t checksum = 0;
   for (int i = 0; i < kLeafVoxels; ++i) {
     if (!hasChanged(before[i], after[i], tolerance)) continue;
     leaf.mask[size_t(i >> 6)] |= uint64_t(1) << (i & 63);
+    if constexpr (!kChecksummed) continue;
     const Vec3i v = leaf.origin + Vec3i{i & 7, (i >> 3) & 7, i >> 6};
     const uint64_t place = checksumOfPlace(v);
     checksum += checksumTerm(place, bitsOf(after[i]), bitsOf(background)) -
@@ -71,15 +72,16 @@ bool sameBackground(double a, double b) {
 template <class T>
 class Comparison {
  public:
-  Comparison(const Field& before, const Field& after, double tolerance)
+  Comparison(const Field& before, const Field& after, double tolerance, bool checksummed)
       : before_(valuesAs<T>(before.values)),
         after_(valuesAs<T>(after.values)),
         tolerance_(tolerance),
+        checksummed_(checksummed),
         background_(T(before.background)) {
     empty_.assign(kLeafVoxels, background_);
   }
 
-  // Returns the change of the state checksum.
+  // Returns the change of the state checksum, or 0.
   uint64_t run(const std::vector<LeafPair>& pairs, ThreadPool& pool, ChangedVoxels& changes) {
     std::vector<ChangedLeaf> leaves(pairs.size());
     std::vector<uint64_t> checksums(pairs.size());
@@ -87,8 +89,9 @@ class Comparison {
     pool.forEach(pairs.size(), kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         leaves[i].origin = pairs[i].origin;
-        checksums[i] = compareLeaf(valuesOf(before_, pairs[i].before), valuesOf(after_, pairs[i].after),
-                                   tolerance_, background_, leaves[i]);
+        const T *before = valuesOf(before_, pairs[i].before), *after = valuesOf(after_, pairs[i].after);
+        checksums[i] = checksummed_ ? compareLeaf<true>(before, after, tolerance_, background_, leaves[i])
+                                    : compareLeaf<false>(before, after, tolerance_, background_, leaves[i]);
       }
     });
     uint64_t checksum = 0, total = 0;
@@ -123,14 +126,16 @@ class Comparison {
 
   const std::vector<T>&before_, &after_;
   double tolerance_;
+  bool checksummed_;
   T background_;
   std::vector<T> empty_;
 };
 
 }  // namespace
 
-ChangeDetector::ChangeDetector(Field first, double tolerance)
-    : reconstruction_(std::move(first)), tolerance_(tolerance), state_(stateChecksum(reconstruction_)) {
+ChangeDetector::ChangeDetector(Field first, double tolerance, States states)
+    : reconstruction_(std::move(first)), tolerance_(tolerance), states_(states) {
+  if (states == States::checksummed) state_ = stateChecksum(reconstruction_);
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
     throw OptionError("--tolerance",
                       "found " + std::to_string(tolerance) + ", expected a finite number >= 0");
@@ -145,11 +150,12 @@ ChangedVoxels ChangeDetector::advance(Field next, ThreadPool& pool) {
                      std::to_string(reconstruction_.background));
   const std::vector<LeafPair> pairs = pairLeaves(reconstruction_, next);
   ChangedVoxels changes;
-  changes.stateBefore = state_;
+  const bool checksummed = states_ == States::checksummed;
+  if (checksummed) changes.stateBefore = state_;
   dispatch(next.type(), [&]<class T>() {
-    state_ += Comparison<T>(reconstruction_, next, tolerance_).run(pairs, pool, changes);
+    state_ += Comparison<T>(reconstruction_, next, tolerance_, checksummed).run(pairs, pool, changes);
   });
-  changes.stateAfter = state_;
+  if (checksummed) changes.stateAfter = state_;
   if (tolerance_ == 0)
     reconstruction_ = std::move(next);
   else

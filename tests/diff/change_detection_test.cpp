@@ -318,5 +318,19 @@ TEST(ChangeDetector, ANaNBackgroundEqualsItself) {
   EXPECT_TRUE(detector.advance(field, pool).empty());
 }
 
+TEST(ChangeDetector, WithoutChecksumsOfTheStatesFindsTheSameChanges) {
+  const Sequence sequence = ballSequence(ElementType::f32);
+  ThreadPool pool(1);
+  ChangeDetector named(sequence.steps[0], 0);
+  ChangeDetector unnamed(sequence.steps[0], 0, ChangeDetector::States::unnamed);
+  for (size_t step = 1; step < sequence.steps.size(); ++step) {
+    const ChangedVoxels a = named.advance(sequence.steps[step], pool),
+                        b = unnamed.advance(sequence.steps[step], pool);
+    EXPECT_EQ(contentChecksum(a), contentChecksum(b));
+    EXPECT_TRUE(a.stateBefore && a.stateAfter);
+    EXPECT_FALSE(b.stateBefore || b.stateAfter);
+  }
+}
+
 }  // namespace
 }  // namespace kairos::test
