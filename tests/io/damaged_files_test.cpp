@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/error.h"
+#include "io/file_bytes.h"
 #include "io/input_series.h"
 #include "io/manifest.h"
 #include "io/sequence.h"
