@@ -23,6 +23,14 @@ T take(const char*& p) {
   return value;
 }
 
+// A value of a tree; booleans are any byte but 0.
+template <class V>
+V takeValue(const char*& p) {
+  const auto value = take<V>(p);
+  if constexpr (std::is_same_v<V, uint8_t>) return value != 0;
+  return value;
+}
+
 bool isSet(const std::vector<uint64_t>& mask, size_t i) {
   return mask[i / 64] >> (i % 64) & 1;
 }
@@ -58,8 +66,8 @@ struct InactiveValues {
 template <class V>
 InactiveValues<V> inactiveValues(const char*& p, int code, size_t count, V background) {
   InactiveValues<V> values{code == kBackground ? background : negative(background), background};
-  if (inactiveValueCount(code) >= 1) values.off = take<V>(p);
-  if (inactiveValueCount(code) >= 2) values.on = take<V>(p);
+  if (inactiveValueCount(code) >= 1) values.off = takeValue<V>(p);
+  if (inactiveValueCount(code) >= 2) values.on = takeValue<V>(p);
   if (hasSelectionMask(code)) {
     values.selection = p;
     p += count / 8;
@@ -97,7 +105,7 @@ VdbTree<V>::VdbTree(std::span<const char> tree, const VdbGridHeader& grid, const
       parts_(parts),
       halves_(grid.half && grid.type()->halfBytes != grid.type()->valueBytes) {
   const char* p = tree_.data() + sizeof(uint32_t);  // behind the number of buffers
-  background_ = take<V>(p);
+  background_ = takeValue<V>(p);
 }
 
 template <class V>
@@ -140,7 +148,9 @@ const char* VdbTree<V>::stored(const char* p, size_t count) {
 template <class V>
 void VdbTree<V>::load(const char* bytes, size_t count, V* out) {
   if (count == 0) return;  // an empty block has no address
-  if (!halves_) {
+  if constexpr (std::is_same_v<V, uint8_t>) {
+    for (size_t i = 0; i < count; ++i) out[i] = bytes[i] != 0;
+  } else if (!halves_) {
     std::memcpy(out, bytes, count * sizeof(V));
   } else if constexpr (std::is_same_v<V, float>) {
     toFloats(bytes, count, out);
@@ -192,7 +202,7 @@ auto VdbTree<V>::tiles() -> std::vector<Tile> {
   std::vector<Tile> tiles;
   for (const VdbTreeParts::RootTile& tile : parts_.rootTiles) {
     const char* p = at(tile.value);
-    const auto value = take<V>(p);
+    const auto value = takeValue<V>(p);
     tiles.push_back({tile.origin, kRootSpan, value, take<uint8_t>(p) != 0});
   }
   for (const VdbTreeParts::InternalNode& node : parts_.internalNodes) addTilesOf(node, tiles);
