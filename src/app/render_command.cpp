@@ -250,6 +250,8 @@ void RenderRun::writeFrame(const LoadedStep& step, const FrameTimes& times) {
                     {"kairos:method", description_.method},
                     {"kairos:samples", double(statistics.samples)},
                     {"kairos:settings", fingerprintOf(step.index)}};
+  if (settings_.slabs()) frame.metadata["kairos:preintegrated"] = 1;
+  if (settings_.error > 0) frame.metadata["kairos:errorTarget"] = settings_.error;
   if (!arguments_.budgetText.empty()) frame.metadata["kairos:budget"] = arguments_.budgetText;
   if (const auto& error = statistics.error; error && budgeted(arguments_.renderer.method)) {
     frame.metadata["kairos:errorEstimate"] = error->rmse;

@@ -53,8 +53,9 @@ uint64_t settingsFingerprint(const RenderSettings& s, const Lattice& lattice, co
   append(out, s.transferFunction);
   append(out, lattice);
   out << s.width << 'x' << s.height << ' ' << s.range.lo << ' ' << s.range.hi << ' ' << s.unitDistance << ' '
-      << s.step << ' ' << int(s.filter) << ' ' << int(s.mode) << ' ' << s.shade << ' ' << s.depth << ' '
-      << s.terminate << ' ' << int(s.isa) << ' ' << int(s.precision) << '\n';
+      << s.step << ' ' << s.preintegrated << ' ' << s.error << ' ' << int(s.filter) << ' ' << int(s.mode)
+      << ' ' << s.shade << ' ' << s.depth << ' ' << s.terminate << ' ' << int(s.isa) << ' '
+      << int(s.precision) << '\n';
   if (s.clipBox) {
     append(out, s.clipBox->lo);
     append(out, s.clipBox->hi);

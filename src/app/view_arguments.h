@@ -33,7 +33,7 @@ class ViewArguments {
   struct Words {
     std::string view, eye, target, up, fov, ortho, size;
     std::string transferFunction, range, unitDistance;
-    std::string precision, step, filter, mode, terminate, clipBox;
+    std::string precision, step, error, filter, mode, terminate, clipBox;
   };
 
   void addViewOptions(CLI::App& command);

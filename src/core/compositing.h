@@ -14,6 +14,12 @@ inline double correctedOpacity(double alpha, double distanceInUnits) {
   return -std::expm1(distanceInUnits * std::log1p(-alpha));
 }
 
+/// Optical depth over a distance, from the opacity over one unit distance: 1 - exp(-opticalDepth) is
+/// correctedOpacity. Opacity 1, whose depth is infinite, counts as 1 - 2^-16.
+inline double opticalDepth(double alpha, double distanceInUnits) {
+  return -distanceInUnits * std::log1p(-std::min(alpha, 1 - 0x1p-16));
+}
+
 /// Front-to-back over of premultiplied colours: `front` receives `back` behind it. The last of the `Channels`
 /// that composite like a colour may be anything premultiplied (a depth, for example); alpha is channel 3.
 /// Porter and Duff 1984. Never fused: the scalar oracle must not depend on the compiler.

@@ -79,44 +79,54 @@ double TransferFunction::opacity(double value) const {
 
 namespace {
 
-std::array<double, 4> premultiplied(const TransferFunction& tf, double value, double distanceInUnits) {
-  const double alpha = correctedOpacity(tf.opacity(value), distanceInUnits);
+using Content = ClassificationTable::Content;
+
+std::array<double, 4> premultiplied(const TransferFunction& tf, double value, double distanceInUnits,
+                                    Content content) {
+  const double opacity = tf.opacity(value);
+  const double alpha = content == Content::opacities ? correctedOpacity(opacity, distanceInUnits)
+                                                     : opticalDepth(opacity, distanceInUnits);
   const Vec3d c = tf.colour(value) * alpha;
   return {c.x, c.y, c.z, alpha};
 }
 
 std::vector<ClassificationTable::Node> tabulate(const TransferFunction& tf, ValueRange range, double distance,
-                                                int n) {
+                                                Content content, int n) {
   std::vector<ClassificationTable::Node> nodes;
   nodes.reserve(size_t(n) + 1);
   for (int i = 0; i < n; ++i) {
     const double value = range.lo + (double(range.hi) - range.lo) * i / (n - 1);
-    const auto c = premultiplied(tf, value, distance);
+    const auto c = premultiplied(tf, value, distance, content);
     nodes.push_back({float(c[0]), float(c[1]), float(c[2]), float(c[3])});
   }
   nodes.push_back(nodes.back());
   return nodes;
 }
 
-// Largest difference between the table and the function, at four places in every interval.
+// Largest difference between the table and the function, at four places in every interval; for densities,
+// what it makes of a unit distance's opacity.
 double tableError(const std::vector<ClassificationTable::Node>& nodes, const TransferFunction& tf,
-                  ValueRange range, double distance) {
+                  ValueRange range, double distance, Content content) {
   const int n = int(nodes.size()) - 1;
   double worst = 0;
   for (int i = 0; i + 1 < n; ++i)
     for (double f : {0.2, 0.4, 0.6, 0.8}) {
       const double value = range.lo + (double(range.hi) - range.lo) * (i + f) / (n - 1);
-      const auto c = premultiplied(tf, value, distance);
+      const auto c = premultiplied(tf, value, distance, content);
+      const double weight = content == Content::opacities ? 1 : std::exp(-c[3] / distance) / distance;
       const auto &p = nodes[size_t(i)], &q = nodes[size_t(i) + 1];
-      worst = std::max({worst, std::abs(p.r + f * (q.r - p.r) - c[0]), std::abs(p.g + f * (q.g - p.g) - c[1]),
-                        std::abs(p.b + f * (q.b - p.b) - c[2]), std::abs(p.a + f * (q.a - p.a) - c[3])});
+      worst = std::max({worst, weight * std::abs(p.r + f * (q.r - p.r) - c[0]),
+                        weight * std::abs(p.g + f * (q.g - p.g) - c[1]),
+                        weight * std::abs(p.b + f * (q.b - p.b) - c[2]),
+                        weight * std::abs(p.a + f * (q.a - p.a) - c[3])});
     }
   return worst;
 }
 
 }  // namespace
 
-ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange range, double distanceInUnits)
+ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange range, double distanceInUnits,
+                                         Content content)
     : range_(range) {
   if (!std::isfinite(range.lo) || !std::isfinite(range.hi) || range.hi < range.lo)
     throw OptionError("--range", "expected two finite numbers LO,HI with LO <= HI");
@@ -126,11 +136,11 @@ ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange 
     throw OptionError("--range", "LO and HI are closer together than 1.3e-35: give the data in larger units");
   if (!(distanceInUnits > 0) || !std::isfinite(distanceInUnits))
     throw OptionError("--unit-distance", "the sample distance over the unit distance must be above 0");
-  constexpr double kTolerance = 2e-3;
+  // Over a short distance every opacity is small; what counts is the error over a unit distance.
+  const double tolerance = content == Content::opacities ? 2e-3 * std::min(1.0, distanceInUnits) : 2e-4;
   for (int n : {256, 1024, 4096}) {
-    nodes_ = tabulate(tf, range, distanceInUnits, n);
-    // Over a short distance every opacity is small; what counts is the error over a unit distance.
-    if (tableError(nodes_, tf, range, distanceInUnits) <= kTolerance * std::min(1.0, distanceInUnits)) break;
+    nodes_ = tabulate(tf, range, distanceInUnits, content, n);
+    if (tableError(nodes_, tf, range, distanceInUnits, content) <= tolerance) break;
   }
   const int n = nodeCount();
   for (size_t i = 0; i < size_t(n); ++i) {
@@ -152,6 +162,28 @@ ClassificationTable::ClassificationTable(const TransferFunction& tf, ValueRange 
   };
   firstVisible_ = first == n ? inf : first <= 1 ? -inf : valueAt(first - 2);
   lastVisible_ = first == n ? -inf : last >= n - 2 ? inf : valueAt(last + 2);
+  if (content == Content::densities) integrate();
+}
+
+void ClassificationTable::integrate() {
+  const int n = nodeCount();
+  const auto channels = [](const Node& node) { return std::array<float, 4>{node.r, node.g, node.b, node.a}; };
+  std::array<double, 4> sum{};
+  std::vector<std::array<double, 4>> sums{sum};  // up to each node
+  for (int i = 0; i + 1 < n; ++i) {
+    const auto p = channels(nodes_[size_t(i)]), q = channels(nodes_[size_t(i) + 1]);
+    for (size_t c = 0; c < 4; ++c) sum[c] += 0.5 * (double(p[c]) + double(q[c]));
+    sums.push_back(sum);
+  }
+  const double largest = std::max(*std::max_element(sum.begin(), sum.end()), 1e-30);
+  integralUnit_ = float(largest * 0x1p-30);
+  densities_.assign(1, {nodes_[0], {}, {}, {}});
+  for (size_t i = 0; i < size_t(n); ++i) {
+    DensityInterval interval{intervals_[i].at, intervals_[i].slope, {}, {}};
+    for (size_t c = 0; c < 4; ++c)
+      interval.integral[c] = int32_t(std::lround(sums[i][c] / double(integralUnit_)));
+    densities_.push_back(interval);
+  }
 }
 
 bool ClassificationTable::visible(float lo, float hi) const {

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "raycast/kernel_general-inl.h"
+#include "raycast/kernel_slabs-inl.h"
 
 #if HWY_TARGET != HWY_SCALAR
 
@@ -33,6 +34,7 @@ TileKernel selectMode(const KernelScene& scene) {
 
 template <class T>
 TileKernel selectFilter(const KernelScene& scene) {
+  if (scene.slabs) return &castTile<GeneralSlabs<T>>;
   return scene.filter == Filter::trilinear ? selectMode<T, Filter::trilinear>(scene)
                                            : selectMode<T, Filter::nearest>(scene);
 }
@@ -126,13 +128,18 @@ TileKernel fastestKernel(const KernelScene& scene, Isa isa) {
 }
 
 KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume,
-                            const ClassificationTable& table, const Occupancy& occupancy) {
+                            const ClassificationTable& table, const Occupancy& occupancy,
+                            const SlabLevels& levels) {
   KernelScene s{};
   s.type = volume.lattice().type;
   s.bricks = volume.brickPointers().data();
   s.visible = occupancy.flags();
   s.windows = occupancy.windows();
   s.gridSize = volume.gridSize();
+  s.levels = levels.levels();
+  s.slabs = settings.slabs();
+  s.densities = table.densities().data();
+  s.integralUnit = table.integralUnit();
   s.intervals = table.intervals();
   s.rangeLo = table.range().lo;
   s.scale = table.scale();
@@ -149,7 +156,7 @@ KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& v
   s.terminateSlope = termination.slope;
   s.background = float(volume.background());
   s.worldStep = float(settings.worldStep(volume.lattice()));
-  s.footprintShift = float(settings.footprintShift());
+  s.footprintShift = settings.footprintShift();
   const Affine indexFromWorld = volume.lattice().worldFromIndex.inverse();
   const double voxel = volume.lattice().worldFromIndex.voxelSize();
   const double rangeWidth = double(table.range().hi) - double(table.range().lo);

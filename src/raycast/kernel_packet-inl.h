@@ -166,6 +166,7 @@ TileKernel selectPrecision(const KernelScene& scene) {
 }
 
 TileKernel selectPacket(const KernelScene& scene) {
+  if (scene.slabs) return nullptr;
   switch (scene.type) {
     case ElementType::u8:
       return selectPrecision<uint8_t>(scene);

@@ -203,6 +203,7 @@ struct ShuffleIntegrator {
 };
 
 TileKernel selectShuffle(const KernelScene& scene) {
+  if (scene.slabs) return nullptr;
   if (scene.type == ElementType::u8) return &castTile<ShuffleIntegrator<uint8_t>>;
   // Four lanes at a time, u16's many look-ups take longer than the general kernel's loads.
   if constexpr (kPart >= 8)

@@ -23,7 +23,7 @@ class Occupancy {
 
   bool visible(uint32_t cell) const { return visible_[cell] != 0; }
   /// One bit per window of each brick (see kWindows): samples whose footprint starts in a window's block add
-  /// exactly nothing where its bit is clear.
+  /// exactly nothing where its bit is clear. So do slabs that run from one such window to another.
   const uint64_t* windows() const { return windows_.data(); }
   const uint8_t* flags() const { return visible_.data(); }
   uint32_t visibleCount() const { return visibleCount_; }
@@ -31,10 +31,12 @@ class Occupancy {
  private:
   uint64_t judge(const BrickVolume& volume, uint32_t cell, uint64_t dirty) const;
   bool judgeRange(ValueRange range) const;
+  bool judgeBrick(ValueRange range) const;
+  bool judgeWindow(ValueRange window, ValueRange brick) const;
 
   const ClassificationTable& table_;
   RenderMode mode_;
-  bool skip_;
+  bool slabs_, skip_;
   float background_ = 0;
   std::vector<uint8_t> visible_;
   std::vector<uint64_t> windows_;

@@ -1,5 +1,6 @@
 #include "raycast/render_settings.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -27,6 +28,13 @@ void RenderSettings::validate() const {
   if (shade && mode != RenderMode::dvr)
     throw OptionError("--shade", "needs --mode dvr: a projection has no surface to light");
   if (depth && mode != RenderMode::dvr) throw OptionError("--aov", "depth needs --mode dvr");
+  if (preintegrated && (mode != RenderMode::dvr || filter != Filter::trilinear || shade || depth))
+    throw OptionError("--preintegrated", "needs --mode dvr and --filter trilinear, without --shade or depth");
+  if (error != 0) {
+    checkNumber("--error", error, 1e-6, 0.5);
+    if (mode != RenderMode::dvr || filter != Filter::trilinear || shade || depth)
+      throw OptionError("--error", "needs --mode dvr and --filter trilinear, without --shade or depth");
+  }
   if (clipBox)
     for (int a = 0; a < 3; ++a)
       if (!(clipBox->lo[a] < clipBox->hi[a]))
@@ -39,7 +47,15 @@ void RenderSettings::validate() const {
 ClassificationTable RenderSettings::classification(const Lattice& lattice) const {
   const double unit = unitDistance > 0 ? unitDistance : lattice.worldFromIndex.voxelSize();
   const double distance = mode == RenderMode::dvr ? worldStep(lattice) / unit : 1.0;
-  return ClassificationTable(transferFunction, range, distance);
+  return ClassificationTable(
+      transferFunction, range, distance,
+      slabs() ? ClassificationTable::Content::densities : ClassificationTable::Content::opacities);
+}
+
+int RenderSettings::slabLevel() const {
+  // Only bricks that choose for themselves can want slabs shorter than `step`.
+  const double finest = error > 0 ? 1.0 / 32 : 1.0 / 8;
+  return std::max(0, int(std::ceil(std::log2(step / finest))));
 }
 
 }  // namespace kairos

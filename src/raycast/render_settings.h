@@ -2,6 +2,7 @@
 // animation.
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -39,6 +40,14 @@ struct RenderSettings {
   double unitDistance = 0;  // world units over which the transfer function's opacity is meant; 0: one voxel
 
   double step = 1;  // sample distance in voxels (shortest voxel edge)
+  /// dvr, trilinear, unshaded: each ray is cut into slabs from brick face to brick face, about `step` long.
+  /// Values are taken at a slab's ends, vary linearly between them, and the transfer function's integrals say
+  /// what the slab emits and absorbs, its attenuation within included.
+  bool preintegrated = false;
+  /// Above 0: pre-integrated, and every brick picks its own slab length such that the image's
+  /// root-mean-square error against a converged one is expected to stay below this; `step` is then what
+  /// lengths are powers of two of.
+  double error = 0;
   Filter filter = Filter::trilinear;
   RenderMode mode = RenderMode::dvr;
   bool shade = false;  // dvr only: central-difference gradients lit by a headlight
@@ -61,15 +70,32 @@ struct RenderSettings {
   /// What a tile keeps per pixel while it is cast: the channels and, for dvr, the ray's transmittance.
   int pixelPlanes() const { return mode == RenderMode::dvr ? channels() + 1 : 1; }
 
-  /// Distance between samples in world units.
-  double worldStep(const Lattice& lattice) const { return step * lattice.worldFromIndex.voxelSize(); }
+  bool slabs() const { return preintegrated || error > 0; }
+  /// Slabs are cut from a finer lattice, whose points lie 2^level times closer than `step`: at most an eighth
+  /// of a voxel, with `error` a 32nd.
+  int slabLevel() const;
+  /// Distance between points of the sample lattice in voxels: `step`, or that of the slabs' lattice.
+  double latticeStep() const { return slabs() ? std::ldexp(step, -slabLevel()) : step; }
+  /// The same in world units.
+  double worldStep(const Lattice& lattice) const {
+    return latticeStep() * lattice.worldFromIndex.voxelSize();
+  }
   ClassificationTable classification(const Lattice& lattice) const;
 
   /// Voxels from the first to the last that one sample reads along an axis: 1 nearest, 2 trilinear, 2 more
-  /// shaded.
-  int footprintWidth() const { return (filter == Filter::trilinear ? 2 : 1) + (shade ? 2 : 0); }
+  /// shaded. Of slabs: what the two ends of one of their lattice's intervals can read.
+  int footprintWidth() const {
+    return (filter == Filter::trilinear ? 2 : 1) + (shade ? 2 : 0) + (slabs() ? 1 : 0);
+  }
+  /// The same from position to position, without whole voxels' rounding.
+  double footprintExtent() const {
+    return (filter == Filter::trilinear ? 2 : 1) + (shade ? 2 : 0) + (slabs() ? latticeStep() : 0);
+  }
   /// The low corner of a sample's footprint is floor(position + footprintShift()), in index space.
-  double footprintShift() const { return (filter == Filter::trilinear ? 0.0 : 0.5) - (shade ? 1.0 : 0.0); }
+  double footprintShift() const {
+    return (filter == Filter::trilinear ? 0.0 : 0.5) - (shade ? 1.0 : 0.0) -
+           (slabs() ? latticeStep() / 2 : 0);
+  }
 };
 
 }  // namespace kairos

@@ -8,6 +8,7 @@
 
 #include "core/compositing.h"
 #include "raycast/headlight.h"
+#include "raycast/scalar_slabs.h"
 #include "raycast/tile_kernel.h"
 
 namespace kairos {

@@ -32,7 +32,9 @@ void SceneState::start(const Field& field) {
   volume_ = std::make_unique<BrickVolume>(lattice_, field, pool_);
   occupancy_ = std::make_unique<Occupancy>(settings_, table_);
   occupancy_->build(*volume_);
-  kernelScene_ = makeKernelScene(settings_, *volume_, table_, *occupancy_);
+  levels_ = std::make_unique<SlabLevels>(settings_, table_);
+  levels_->build(*volume_, pool_);
+  kernelScene_ = makeKernelScene(settings_, *volume_, table_, *occupancy_, *levels_);
   kernel_ = settings_.kernel == Kernel::general ? generalKernel(kernelScene_, settings_.isa)
                                                 : fastestKernel(kernelScene_, settings_.isa);
   checksum_ = stateChecksum(field);
@@ -47,7 +49,13 @@ AppliedChanges SceneState::apply(const ChangedVoxels& changes) {
   const DirtyBricks& dirty = volume_->apply(changes, pool_);
   checksum_ = changes.stateAfter;
   occupancy_->update(*volume_, dirty, visibleBefore_);
-  return {dirty.cells, dirty.subBlocks, visibleBefore_};
+  if (settings_.error == 0) return {dirty.cells, dirty.subBlocks, visibleBefore_};
+  // Other slabs in a brick change all that lies in it.
+  levels_->update(*volume_, dirty, pool_, levelChanged_);
+  changedSubBlocks_ = dirty.subBlocks;
+  for (size_t i = 0; i < changedSubBlocks_.size(); ++i)
+    if (levelChanged_[i]) changedSubBlocks_[i] = ~uint64_t(0);
+  return {dirty.cells, changedSubBlocks_, visibleBefore_};
 }
 
 }  // namespace kairos

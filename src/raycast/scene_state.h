@@ -48,6 +48,7 @@ class SceneState {
 
   // Valid after `start`.
   const Occupancy& occupancy() const { return *occupancy_; }
+  const SlabLevels& slabLevels() const { return *levels_; }
   const KernelScene& kernelScene() const { return kernelScene_; }
   TileKernel kernel() const { return kernel_; }
   /// Checksum of the state, where known.
@@ -60,10 +61,12 @@ class SceneState {
   ClassificationTable table_;
   std::unique_ptr<BrickVolume> volume_;
   std::unique_ptr<Occupancy> occupancy_;
+  std::unique_ptr<SlabLevels> levels_;
   KernelScene kernelScene_{};
   TileKernel kernel_ = nullptr;
   std::optional<uint64_t> checksum_;
-  std::vector<uint8_t> visibleBefore_;
+  std::vector<uint8_t> visibleBefore_, levelChanged_;
+  std::vector<uint64_t> changedSubBlocks_;
 };
 
 }  // namespace kairos

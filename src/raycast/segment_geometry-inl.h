@@ -54,7 +54,7 @@ HWY_INLINE void placeSegment(const KernelScene& scene, const TileRays& rays, con
     }
     if (rays.packetOwned) continue;
     for (int l = 0; l < kLanes; ++l) {
-      const double origin = rays.origin[a][l] + double(scene.footprintShift), delta = rays.delta[a][l];
+      const double origin = rays.origin[a][l] + scene.footprintShift, delta = rays.delta[a][l];
       const double enter = crossing(delta < 0 ? base + kBrickEdge : base, origin, delta);
       const double leave = crossing(delta < 0 ? base : base + kBrickEdge, origin, delta);
       from[l] = from[l] > enter ? from[l] : enter;

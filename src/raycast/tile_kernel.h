@@ -7,6 +7,7 @@
 #include "raycast/occupancy.h"
 #include "raycast/render_settings.h"
 #include "raycast/segment_index.h"
+#include "raycast/slab_levels.h"
 
 namespace kairos {
 
@@ -16,8 +17,13 @@ struct KernelScene {
   const void* const* bricks;  // per cell
   const uint8_t* visible;     // per cell
   const uint64_t* windows;    // per cell: which of its windows are visible
+  const uint8_t* levels;      // per cell: SlabLevels; only of slabs
+  int levelBias;              // added to every level
   Vec3i gridSize;
 
+  const ClassificationTable::DensityInterval* densities;  // entry 0 below the range
+  float integralUnit;
+  bool slabs;
   const ClassificationTable::Interval* intervals;
   float rangeLo, scale, lastNode;
   float firstVisible, lastVisible;
@@ -29,13 +35,14 @@ struct KernelScene {
   float terminateMinimum, terminateSlope;  // EarlyTermination
   float background;
   float worldStep;
-  float footprintShift;
+  double footprintShift;
   float worldFromIndexGradient[3][3];  // rows; from index space to ranges per voxel edge
   float flatGradientSquared;           // g0^2 of Headlight
 };
 
 KernelScene makeKernelScene(const RenderSettings& settings, const BrickVolume& volume,
-                            const ClassificationTable& table, const Occupancy& occupancy);
+                            const ClassificationTable& table, const Occupancy& occupancy,
+                            const SlabLevels& levels);
 
 /// Counts of work done, added up over tiles.
 struct TileCounters {

@@ -17,17 +17,22 @@ int32_t toIndex(double k) {
   return int32_t(std::clamp(k, -kMaxIndex, kMaxIndex));
 }
 
-// Narrows [begin, end) to the samples with lo <= origin + (k + 0.5) * delta <= hi.
-void clipToSlab(double lo, double hi, double origin, double delta, int32_t& begin, int32_t& end) {
-  if (delta == 0) {
-    if (origin < lo || origin > hi) end = begin;
-    return;
+// The part of a ray, in sample distances from its origin, that lies inside boxes; empty where leave < enter.
+struct Inside {
+  double enter = 0, leave = kMaxIndex;
+
+  // Narrows it to lo <= origin + t * delta <= hi.
+  void clip(double lo, double hi, double origin, double delta) {
+    if (delta == 0) {
+      if (origin < lo || origin > hi) leave = -1;
+      return;
+    }
+    double in = (lo - origin) / delta, out = (hi - origin) / delta;
+    if (in > out) std::swap(in, out);
+    enter = std::max(enter, in);
+    leave = std::min(leave, out);
   }
-  double in = (lo - origin) / delta, out = (hi - origin) / delta;
-  if (in > out) std::swap(in, out);
-  begin = std::max(begin, toIndex(std::ceil(in - 0.5)));
-  end = std::min(end, toIndex(std::floor(out - 0.5) + 1));
-}
+};
 
 }  // namespace
 
@@ -63,6 +68,9 @@ ViewRays::ViewRays(const RenderSettings& settings, const Lattice& lattice, const
       perspective_(settings.camera.projection == Camera::Projection::perspective),
       shift_(settings.footprintShift()),
       footprintWidth_(settings.footprintWidth()),
+      footprintExtent_(settings.footprintExtent()),
+      sampleStride_(settings.slabs() ? std::max(1, int(0.5 / settings.latticeStep())) : 1),
+      slabs_(settings.slabs()),
       shaded_(settings.shade),
       samplingBox_(lattice.samplingBox()),
       clipped_(settings.clipBox.has_value()),
@@ -121,17 +129,27 @@ void ViewRays::findSampleRanges(int tile, TileRays& rays) const {
   const int x0 = tile % tilesX_ * kTileEdge, y0 = tile / tilesX_ * kTileEdge;
   for (int l = 0; l < kLanes; ++l) {
     const int x = x0 + l % kTileEdge, y = y0 + l / kTileEdge;
-    int32_t begin = 0, end = x < width_ && y < height_ ? int32_t(kMaxIndex) : 0;
+    Inside inside;
+    if (x >= width_ || y >= height_) inside.leave = -1;
     for (int a = 0; a < 3; ++a)
-      clipToSlab(samplingBox_.lo[a], samplingBox_.hi[a], rays.origin[a][l], rays.delta[a][l], begin, end);
-    if (clipped_ && begin < end) {
+      inside.clip(samplingBox_.lo[a], samplingBox_.hi[a], rays.origin[a][l], rays.delta[a][l]);
+    if (clipped_ && inside.enter <= inside.leave) {
       const Ray ray = generator_.ray(imageX(x), imageY(y));
       for (int a = 0; a < 3; ++a)
-        clipToSlab(clipBox_.lo[a], clipBox_.hi[a], ray.origin[a], ray.direction[a] * worldStep_, begin, end);
+        inside.clip(clipBox_.lo[a], clipBox_.hi[a], ray.origin[a], ray.direction[a] * worldStep_);
     }
-    rays.kBegin[l] = begin;
-    rays.kEnd[l] = std::max(begin, end);
+    takeSamples(inside.enter, inside.leave, l, rays);
   }
+}
+
+// The samples within [enter, leave]; of slabs, those with a share of their interval of the lattice in it.
+void ViewRays::takeSamples(double enter, double leave, int lane, TileRays& rays) const {
+  const double first = slabs_ ? std::floor(enter) : std::ceil(enter - 0.5),
+               end = slabs_ ? std::ceil(leave) : std::floor(leave - 0.5) + 1;
+  rays.kBegin[lane] = toIndex(first);
+  rays.kEnd[lane] = enter <= leave ? std::max(rays.kBegin[lane], toIndex(end)) : rays.kBegin[lane];
+  rays.enter[lane] = slabs_ ? float(enter - first) : 0;
+  rays.leave[lane] = slabs_ ? float(end - leave) : 0;
 }
 
 void ViewRays::decideOwnership(TileRays& rays) const {
@@ -149,7 +167,7 @@ void ViewRays::decideOwnership(TileRays& rays) const {
     widest[a] = rays.spread[a] + tEnd * rays.spreadDelta[a];
   }
   // Footprints up to `apron + 1` voxels wide fit; the epsilon covers the kernel's rounding.
-  const double room = kBrickApron + 1 - footprintWidth_;
+  const double room = kBrickApron + 1 - footprintExtent_;
   rays.packetOwned = std::max({widest.x, widest.y, widest.z}) + 1e-3 <= room;
 }
 

@@ -30,6 +30,10 @@ int32_t firstSampleBeyond(double plane, double origin, double delta);
 struct TileSampling {
   /// Samples inside the volume and the clip box; empty for lanes off the image.
   int32_t kBegin[kLanes], kEnd[kLanes];
+  /// Of slabs: samples kBegin and kEnd - 1 stand for the lattice's intervals around them, from k to k + 1.
+  /// How much of the first one comes before the lane enters volume and clip box, and of the last after it
+  /// leaves.
+  float enter[kLanes], leave[kLanes];
 
   /// Sample ownership. A brick owns sample k of lane l when it contains the low corner of the sample's
   /// footprint. Where all 16 footprints together fit one brick with its apron along the whole tile
@@ -83,6 +87,8 @@ class ViewRays {
   /// Grid-space position of the eye.
   Vec3d eye() const { return eye_; }
   double footprintShift() const { return shift_; }
+  /// So many samples may be looked at as one: 1, of slabs' finer lattice as many as span half a voxel.
+  int sampleStride() const { return sampleStride_; }
   int footprintWidth() const { return footprintWidth_; }
 
   /// Everything about a tile's rays. `geometry` alone leaves out the TileSampling, which the
@@ -92,6 +98,7 @@ class ViewRays {
 
  private:
   void findSampleRanges(int tile, TileRays& rays) const;
+  void takeSamples(double enter, double leave, int lane, TileRays& rays) const;
   void decideOwnership(TileRays& rays) const;
 
   double imageX(int column) const { return rays_.x + column * rays_.stride; }
@@ -104,7 +111,9 @@ class ViewRays {
   bool perspective_;
   double shift_;
   int footprintWidth_;
-  bool shaded_;
+  double footprintExtent_;
+  int sampleStride_;
+  bool slabs_, shaded_;
   Vec3d eye_;
   Vec3d right_, down_, forward_;  // image axes in grid space, one world unit long
   PointBox samplingBox_;          // grid space

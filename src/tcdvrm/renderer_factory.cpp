@@ -12,6 +12,13 @@ namespace kairos {
 
 std::unique_ptr<FrameRenderer> makeRenderer(const Lattice& lattice, const RenderSettings& settings,
                                             const RendererOptions& options) {
+  const bool asPublished =
+      options.method == Method::dvrm || options.method == Method::tldvrm || options.method == Method::tcdvrm;
+  if (settings.error > 0 && asPublished)
+    throw OptionError("--error",
+                      std::string("--method ") + name(options.method) +
+                          " recasts the rays that changed voxels project to, but with them a brick's "
+                          "sample distance may change; expected another method");
   switch (options.method) {
     case Method::full:
     case Method::segments:

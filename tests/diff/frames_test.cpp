@@ -59,6 +59,21 @@ std::vector<Variant> variants() {
          s.shade = true;
        },
        one},
+      {"preintegrated", [](RenderSettings& s, ElementType) { s.preintegrated = true; }, two},
+      {"preintegratedWindowed",
+       [](RenderSettings& s, ElementType t) {
+         s.preintegrated = true;
+         s.step = 2.5;
+         s.transferFunction = windowedTransferFunction(t);
+       },
+       one},
+      {"byError", [](RenderSettings& s, ElementType) { s.error = 1e-3; }, two},
+      {"byErrorOpaque",
+       [](RenderSettings& s, ElementType t) {
+         s.error = 1e-2;
+         s.transferFunction = opaqueTransferFunction(t);
+       },
+       one},
       {"mip", [](RenderSettings& s, ElementType) { s.mode = RenderMode::mip; }, two},
       {"average", [](RenderSettings& s, ElementType) { s.mode = RenderMode::average; }, one},
   };

@@ -14,7 +14,9 @@ Caster::Caster(const Scene& scene, const RenderSettings& settings) : settings_(s
   view_ = std::make_unique<ViewRays>(settings_, scene.lattice, volume_->gridOrigin());
   occupancy_ = std::make_unique<Occupancy>(settings_, table_);
   occupancy_->build(*volume_);
-  kernelScene_ = makeKernelScene(settings_, *volume_, table_, *occupancy_);
+  levels_ = std::make_unique<SlabLevels>(settings_, table_);
+  levels_->build(*volume_, pool_);
+  kernelScene_ = makeKernelScene(settings_, *volume_, table_, *occupancy_, *levels_);
 }
 
 CastFrame Caster::emptyFrame() const {

@@ -60,6 +60,7 @@ class Caster {
   std::unique_ptr<BrickVolume> volume_;
   std::unique_ptr<ViewRays> view_;
   std::unique_ptr<Occupancy> occupancy_;
+  std::unique_ptr<SlabLevels> levels_;
   KernelScene kernelScene_;
 };
 

@@ -37,6 +37,24 @@ TEST(Skipping, ChangesNoBitAndLeavesSomethingOut) {
           }
 }
 
+TEST(Skipping, ChangesNoBitOfSlabs) {
+  for (ElementType type : test::kAllTypes)
+    for (const auto& scene : {test::plume(type), test::sparseBalls(type), test::denseNoise(type)})
+      for (const auto& tf : test::allTransferFunctions(type))
+        for (const char* camera : {"iso", "close"})
+          for (const double step : {0.4, 1.0, 5.0}) {
+            RenderSettings settings = test::settingsFor(scene, camera, tf.function);
+            settings.preintegrated = true;
+            settings.step = step;
+            const test::Caster skipping(scene, settings);
+            settings.skipInvisible = false;
+            const test::Caster complete(scene, settings);
+            for (const auto& kernel : skipping.kernels())
+              ASSERT_EQ(skipping.cast(kernel).pixels, complete.cast(kernel).pixels)
+                  << scene.name << " " << tf.name << " " << camera << " " << kernel.name << " " << step;
+          }
+}
+
 TEST(Skipping, IsConservativeForEveryValueInABricksRange) {
   for (ElementType type : test::kAllTypes)
     for (const auto& scene : test::allScenes(type))
