@@ -26,7 +26,7 @@ BlockVisibility::BlockVisibility(const TileCaster& caster, const SceneState& sce
 
 // Appends one crossing for each brick that the block's rays meet.
 void BlockVisibility::findCrossings(const TileCaster& caster, const Vec3i& gridSize, const BlockSet& blocks,
-                                    uint32_t block, std::vector<Crossing>& crossings) {
+                                    uint32_t block, std::vector<Crossing>& crossings) const {
   const ViewRays& view = caster.view();
   const size_t first = crossings.size();
   const int x0 = int(block) % blocks.columns() * 2, y0 = int(block) / blocks.columns() * 2;
@@ -37,7 +37,9 @@ void BlockVisibility::findCrossings(const TileCaster& caster, const Vec3i& gridS
       if (segments.empty()) continue;
       const TileRays rays = view.rays(tile);
       for (const Segment& segment : segments) {
-        const uint64_t windows = touchedWindows(view, rays, gridSize, segment);
+        // A slab reaches beyond the samples' own windows, and curvature beyond that.
+        const uint64_t windows =
+            scene_.settings().slabs() ? ~uint64_t(0) : touchedWindows(view, rays, gridSize, segment);
         const uint64_t subBlocks = touchedSubBlocks(view, rays, gridSize, segment);
         const auto same = std::find_if(crossings.begin() + long(first), crossings.end(),
                                        [&](const Crossing& c) { return c.cell == segment.cell; });

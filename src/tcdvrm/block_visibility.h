@@ -39,8 +39,8 @@ class BlockVisibility {
     uint32_t cell, block;
     uint64_t windows, subBlocks;
   };
-  static void findCrossings(const TileCaster& caster, const Vec3i& gridSize, const BlockSet& blocks,
-                            uint32_t block, std::vector<Crossing>& crossings);
+  void findCrossings(const TileCaster& caster, const Vec3i& gridSize, const BlockSet& blocks, uint32_t block,
+                     std::vector<Crossing>& crossings) const;
   template <class Body>
   void judge(uint32_t cell, Body&& body);
 

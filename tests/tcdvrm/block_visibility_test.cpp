@@ -8,12 +8,14 @@
 namespace kairos::test {
 namespace {
 
-class BlockVisibilityOf : public testing::TestWithParam<std::tuple<const char*, bool>> {
+class BlockVisibilityOf : public testing::TestWithParam<std::tuple<const char*, const char*>> {
  protected:
   RenderSettings settings() const {
-    const auto [view, shaded] = GetParam();
+    const auto [view, kind] = GetParam();
     RenderSettings s = settingsFor(jet1(40), view, windowedTransferFunction(ElementType::u8), 100, 84);
-    s.shade = shaded;
+    s.shade = kind == std::string("shaded");
+    s.preintegrated = kind == std::string("preintegrated");
+    if (kind == std::string("error")) s.error = 1e-3;
     return s;
   }
 };
@@ -73,7 +75,7 @@ TEST_P(BlockVisibilityOf, FollowingTheStepsEqualsStartingAnew) {
 
 INSTANTIATE_TEST_SUITE_P(Views, BlockVisibilityOf,
                          testing::Combine(testing::Values("ortho", "iso", "close", "inside"),
-                                          testing::Bool()));
+                                          testing::Values("plain", "shaded", "preintegrated", "error")));
 
 }  // namespace
 }  // namespace kairos::test
