@@ -118,7 +118,7 @@ TEST_F(RenderErrors, ContradictionsAreNamed) {
 TEST_F(RenderErrors, UnknownAndIncompleteOptionsAreNamed) {
   expectFailure(render("out", {"--no-such-option"}), 2,
                 {"unknown option --no-such-option", "kairos render --help"});
-  for (const char* later : {"--preintegrated", "--antialias", "--gpu"})
+  for (const char* later : {"--antialias", "--gpu"})
     expectFailure(render("out", {later, "1"}), 2, {std::string("unknown option ") + later});
   expectFailure(render("out", {"--step"}), 2, {"--step", "expected a value"});
   expectFailure(render("out", {"--step", "1", "--step", "2"}), 2, {"--step", "more than once"});

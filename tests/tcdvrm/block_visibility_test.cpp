@@ -55,8 +55,10 @@ TEST_P(BlockVisibilityOf, BlankBlocksAreBlankAndUntouchedOnesUnchanged) {
     }
     before = now;
   }
-  EXPECT_GT(blankBlocks, all / 10);
-  EXPECT_GT(untouched, all / 10);
+  // Slabs are judged by whole bricks, of which the jet has few.
+  const size_t least = settings().slabs() ? 1 : all / 10;
+  EXPECT_GE(blankBlocks, least);
+  EXPECT_GE(untouched, least);
 }
 
 TEST_P(BlockVisibilityOf, FollowingTheStepsEqualsStartingAnew) {
