@@ -215,6 +215,7 @@ struct GeneralSlabs {
     const auto along = [&](int a, VF t) HWY_ATTR {
       return hn::MulAdd(t, hn::Load(d, g.delta[a] + part), hn::Load(d, g.position[a] + part));
     };
+    const MF inside = hn::Lt(enter, leave);
     SlabColours colours;
     SlabPlaces places;
     for (int32_t slabs = 0; slabs < g.slabs; slabs += kSlabsAtOnce) {
@@ -225,7 +226,8 @@ struct GeneralSlabs {
         const VF t = at(chunk.first + i);
         const Sampler<T, Filter::trilinear> sampler(brick, {along(0, t), along(1, t), along(2, t)}, 0);
         hn::Store(slabPlace(scene, sampler.at(0)), d, places.x[i]);
-        counters.samples += kPart;
+        counters.samples += hn::CountTrue(
+            d, hn::And(inside, hn::Le(set(float(chunk.first + i)), hn::Load(d, g.count + part))));
       }
       const auto widthOf = [&](int32_t i)
                                HWY_ATTR { return hn::Sub(at(chunk.first + i + 1), at(chunk.first + i)); };

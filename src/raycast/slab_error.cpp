@@ -14,11 +14,10 @@ double SlabErrors::at(double voxels) const {
 }
 
 SlabErrorMeter::SlabErrorMeter(const ClassificationTable& table, double latticeStep)
-    : table_{table.densities().data(), table.integralUnit(), table.range().lo, table.scale(),
+    : visible_(table),
+      table_{table.densities().data(), table.integralUnit(), table.range().lo, table.scale(),
              float(table.nodeCount() - 1)},
-      voxel_(float(1 / latticeStep)),
-      firstVisible_(table.firstVisible()),
-      lastVisible_(table.lastVisible()) {}
+      voxel_(float(1 / latticeStep)) {}
 
 // The partial of a row cut into slabs: emission and absorption of all slabs, attenuated as if they were
 // mixed.
@@ -108,8 +107,7 @@ SlabErrors SlabErrorMeter::measureBrick(const BrickVolume& volume, uint32_t cell
   Row row;
   for (int r = 0; r < kRows; ++r) {
     const ValueRange range = takeRow(brick, readable, r, row);
-    if (range.lo != range.hi && range.hi >= firstVisible_ && range.lo <= lastVisible_)
-      seen[size_t(count++)] = uint16_t(r);
+    if (range.lo != range.hi && visible_.visible(range.lo, range.hi)) seen[size_t(count++)] = uint16_t(r);
   }
   constexpr int kMeasuredRows = 48;
   const int measured = std::min(count, kMeasuredRows);

@@ -49,9 +49,9 @@ class SlabErrorMeter {
   template <class T>
   SlabErrors measureBrick(const BrickVolume& volume, uint32_t cell) const;
 
+  const ClassificationTable& visible_;
   Densities table_;
   float voxel_;  // in lattice steps
-  float firstVisible_, lastVisible_;
 };
 
 }  // namespace kairos

@@ -174,7 +174,7 @@ TEST(ErrorDriven, KeepsWithinItsTarget) {
 
 TEST(ErrorDriven, SpendsOneSlabOnHomogeneousBricks) {
   const test::Scene scene = test::constantScene(ElementType::f32, {48, 48, 48}, 0.5);
-  RenderSettings settings = test::settingsFor(scene, "iso", test::homogeneous(0.01), 32, 32);
+  RenderSettings settings = test::settingsFor(scene, "iso", test::homogeneous(0.01), 96, 96);
   settings.error = 1e-4;
   const test::CastFrame few = test::Caster(scene, settings).cast();
   settings.error = 0;
