@@ -68,14 +68,24 @@ bool hasCoarserNeighbour(const Subdivision& subdivision, const SubvolumeLevels& 
   return std::any_of(neighbours.begin(), neighbours.end(), [&](uint32_t j) { return levels[j] > levels[i]; });
 }
 
-// Neighbours coarser than subvolume i, and what is coarser than these in turn.
-void collectCoarser(const Subdivision& subdivision, const SubvolumeLevels& levels, uint32_t i,
-                    std::vector<uint32_t>& found) {
-  for (const uint32_t j : subdivision.neighbours(i))
-    if (levels[j] > levels[i] && std::find(found.begin(), found.end(), j) == found.end()) {
-      found.push_back(j);
-      collectCoarser(subdivision, levels, j, found);
-    }
+// SplitMix64's finaliser.
+uint64_t mixed(uint64_t x) {
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ x >> 27) * 0x94d049bb133111ebull;
+  return x ^ x >> 31;
+}
+
+// Hashes, added up whatever their order, of the neighbours coarser than subvolume i and of what is coarser
+// than these in turn, but for those already among `found`, a bit each.
+uint64_t hashCoarser(const Subdivision& subdivision, const SubvolumeLevels& levels, uint32_t i,
+                     std::vector<uint64_t>& found) {
+  uint64_t hash = 0;
+  for (const uint32_t j : subdivision.neighbours(i)) {
+    if (levels[j] <= levels[i] || found[j / 64] >> j % 64 & 1) continue;
+    found[j / 64] |= uint64_t(1) << j % 64;
+    hash += mixed(uint64_t(j) << 8 | levels[j]) + hashCoarser(subdivision, levels, j, found);
+  }
+  return hash;
 }
 
 }  // namespace
@@ -100,14 +110,10 @@ void copyTexels(const ScalarPyramid& pyramid, const Subdivision& subdivision, co
 }
 
 uint64_t boundarySignature(const Subdivision& subdivision, const SubvolumeLevels& levels, uint32_t i) {
-  if (!hasCoarserNeighbour(subdivision, levels, i)) return 0;
-  std::vector<uint32_t> coarser;
-  collectCoarser(subdivision, levels, i, coarser);
-  std::sort(coarser.begin(), coarser.end());
-  uint64_t hash = 14695981039346656037ull;  // FNV-1a
-  for (const uint32_t j : coarser)
-    for (const uint64_t part : {uint64_t(j), uint64_t(levels[j])}) hash = (hash ^ part) * 1099511628211ull;
-  return hash;
+  // Asked for every level of every subvolume in every frame: nothing is allocated.
+  thread_local std::vector<uint64_t> found;
+  found.assign((levels.size() + 63) / 64, 0);
+  return hashCoarser(subdivision, levels, i, found);
 }
 
 }  // namespace kairos

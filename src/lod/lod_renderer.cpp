@@ -129,11 +129,12 @@ void LodRenderer::weigh(const Importance& importance) {
   importanceSum_ = std::accumulate(importances_.begin(), importances_.end(), 0.0);
 }
 
-LodTask LodRenderer::taskOf(const Visible& visible, double importance) {
+const LodTask& LodRenderer::taskOf(const Visible& visible, double importance) {
   const Subvolume& s = volume_.subdivision().subvolumes()[visible.subvolume];
-  LodTask task;
-  task.subvolume = visible.subvolume;
-  task.importance = importance;
+  task_.subvolume = visible.subvolume;
+  task_.importance = importance;
+  task_.work.clear();
+  task_.deviations.clear();
   const double finest = settings_.worldStep(volume_.lattice());
   const uint8_t before = levels_[visible.subvolume];
   for (int lod = 0; lod < settings_.lodCount(s.levels); ++lod) {
@@ -141,19 +142,19 @@ LodTask LodRenderer::taskOf(const Visible& visible, double importance) {
     const double spacing = finest * settings_.spacing(lod);
     const Vec3i n = s.vertices(level);
     levels_[visible.subvolume] = uint8_t(level);
-    task.work.push_back({visible.extent.depth / spacing, visible.extent.volume / spacing,
-                         double(n.x) * n.y * n.z, textures_.resident(levels_, visible.subvolume)});
-    task.deviations.push_back(volume_.deviation(visible.subvolume, level));
+    task_.work.push_back({visible.extent.depth / spacing, visible.extent.volume / spacing,
+                          double(n.x) * n.y * n.z, textures_.resident(levels_, visible.subvolume)});
+    task_.deviations.push_back(volume_.deviation(visible.subvolume, level));
   }
   levels_[visible.subvolume] = before;
-  return task;
+  return task_;
 }
 
 void LodRenderer::renderSubvolume(const SliceView& view, const Visible& visible, double importance,
                                   double began, LodController& controller, Clock& clock) {
   const uint32_t i = visible.subvolume;
   const double start = clock.seconds();
-  const LodTask task = taskOf(visible, importance);
+  const LodTask& task = taskOf(visible, importance);
   const int lod = controller.choose(task, start - began);
   levels_[i] = uint8_t(settings_.levelOf(lod));
   const double chosen = clock.seconds();
@@ -190,7 +191,10 @@ const Image& LodRenderer::render(const Camera& camera, LodController& controller
                                  const Importance& importance, double budgetSeconds, Clock& clock) {
   const double began = clock.seconds();
   context_.makeCurrent();
+  std::vector<SubvolumeRecord> records = std::move(statistics_.records);
+  records.clear();
   statistics_ = {};
+  statistics_.records = std::move(records);
   statistics_.budgetSeconds = budgetSeconds;
   const TexturePoolCounters before = textures_.counters();
   const SliceView view(camera, settings_, volume_.lattice(), volume_.pyramid().origin(),
@@ -205,6 +209,7 @@ const Image& LodRenderer::render(const Camera& camera, LodController& controller
   plan.budget = budgetSeconds > 0 ? std::max(1e-9, budgetSeconds - readSeconds_) : 0;
   for (const Visible& v : visible_) plan.subvolumes.push_back(v.subvolume);
   plan.importances = importances_;
+  statistics_.records.reserve(visible_.size());
   controller.beginFrame(plan);
   statistics_.controlSeconds += clock.seconds() - prepared;
 

@@ -89,7 +89,7 @@ class LodRenderer {
 
   void findVisible(const SliceView& view);
   void weigh(const Importance& importance);
-  LodTask taskOf(const Visible& visible, double importance);
+  const LodTask& taskOf(const Visible& visible, double importance);
   void renderSubvolume(const SliceView& view, const Visible& visible, double importance, double began,
                        LodController& controller, Clock& clock);
   void finishImage();
@@ -113,6 +113,7 @@ class LodRenderer {
   std::vector<SubvolumeView> views_;
   std::vector<double> importances_;
   double importanceSum_ = 0, readSeconds_ = 0;
+  LodTask task_;
   SlicePolygons polygons_;
   Image image_;
   LodStatistics statistics_;

@@ -178,7 +178,9 @@ double SliceView::clippedArea() const {
 }
 
 SliceView::Extent SliceView::extent(const Box& box) const {
-  constexpr int kSections = 6;
+  // Gauss and Legendre's three points of [0, 1].
+  constexpr double kDepths[] = {0.1127016653792583, 0.5, 0.8872983346207417};
+  constexpr double kWeights[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
   constexpr double kClosest = 1e-3;  // pixels in world units at depth 1: just in front of the eye
   Extent e;
   const double zNear = std::max(box.nearest * box.cosineHi, kClosest * pixel_), zFar = box.farthest;
@@ -186,11 +188,11 @@ SliceView::Extent SliceView::extent(const Box& box) const {
   e.depth = box.farthest - std::max(0.0, box.nearest);
   double deepest = 0;
   for (const Vec3d& p : box.corners) deepest = std::max(deepest, p.z);
-  const double thickness = (deepest - zNear) / kSections;
-  for (int i = 0; i < kSections; ++i) {
-    const double z = zNear + (i + 0.5) * thickness;
+  const double thickness = deepest - zNear;
+  for (int i = 0; i < 3; ++i) {
+    const double z = zNear + kDepths[i] * thickness;
     section(box, z, z);
-    e.volume += clippedArea() * thickness;
+    e.volume += kWeights[i] * clippedArea() * thickness;
   }
   section(box, zNear, deepest * (1 + 1e-9));
   e.area = clippedArea();

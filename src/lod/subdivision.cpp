@@ -38,10 +38,12 @@ Subdivision::Subdivision(const ValueOctree& octree, const ScalarPyramid& pyramid
   options.validate();
   build(octree, octree.height(), {0, 0, 0}, options);
   mapBlocks(options.minimumEdge);
-  neighbours_.resize(size());
-  for (uint32_t i = 0; i < size(); ++i)
+  for (uint32_t i = 0; i < size(); ++i) {
+    firstNeighbour_.push_back(uint32_t(neighbours_.size()));
     for (uint32_t j = 0; j < size(); ++j)
-      if (i != j && touch(subvolumes_[i].cells, subvolumes_[j].cells)) neighbours_[i].push_back(j);
+      if (i != j && touch(subvolumes_[i].cells, subvolumes_[j].cells)) neighbours_.push_back(j);
+  }
+  firstNeighbour_.push_back(uint32_t(neighbours_.size()));
 }
 
 // Returns the node's number, or -1 where it owns no cell.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/box.h"
@@ -51,7 +52,9 @@ class Subdivision {
   /// The subvolume that owns a cell.
   uint32_t at(const Vec3i& cell) const;
   /// The subvolumes that share a face, an edge or a corner with subvolume i, ascending.
-  const std::vector<uint32_t>& neighbours(uint32_t i) const { return neighbours_[i]; }
+  std::span<const uint32_t> neighbours(uint32_t i) const {
+    return std::span(neighbours_).subspan(firstNeighbour_[i], firstNeighbour_[i + 1] - firstNeighbour_[i]);
+  }
 
   /// All subvolumes, such that none is hidden by a later one: seen from `eye`, or, with `parallel`, along the
   /// direction `eye`. Both in the coordinates of cells.
@@ -73,7 +76,7 @@ class Subdivision {
   std::vector<Node> nodes_;
   std::vector<Subvolume> subvolumes_;
   std::vector<uint32_t> blockOwners_;
-  std::vector<std::vector<uint32_t>> neighbours_;
+  std::vector<uint32_t> neighbours_, firstNeighbour_;  // all subvolumes' neighbours after the other
 };
 
 }  // namespace kairos

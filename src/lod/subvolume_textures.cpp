@@ -12,28 +12,40 @@ SubvolumeTextures::SubvolumeTextures(const LodVolume& volume, uint64_t byteBudge
       valueScale_(volume.lattice().type == ElementType::u8    ? 255.0f
                   : volume.lattice().type == ElementType::u16 ? 65535.0f
                                                               : 1.0f),
-      pool_(formatFor(volume.lattice().type), byteBudget) {}
+      pool_(formatFor(volume.lattice().type), byteBudget),
+      levels_(volume.pyramid().levels()),
+      contents_(volume.subdivision().size() * size_t(levels_)) {}
 
 bool SubvolumeTextures::resident(const SubvolumeLevels& levels, uint32_t i) const {
-  const uint64_t key = keyOf(levels, i);
-  if (!pool_.resident(key)) return false;
-  const Content& content = contents_.at(key);
-  return content.stale.empty() && content.signature == boundarySignature(volume_.subdivision(), levels, i);
+  const Content& content = contents_[keyOf(levels, i)];
+  return content.loaded && content.stale.empty() &&
+         content.signature == boundarySignature(volume_.subdivision(), levels, i);
 }
 
 uint64_t SubvolumeTextures::bind(const SubvolumeLevels& levels, uint32_t i) {
   const uint64_t key = keyOf(levels, i);
   const Vec3i size = volume_.subdivision().subvolumes()[i].vertices(levels[i]);
-  const bool resident = pool_.resident(key);
+  const uint64_t evicted = pool_.counters().evicted;
   const unsigned texture = pool_.acquire(key, size);
+  if (pool_.counters().evicted != evicted) noteEvictions();
   const uint64_t signature = boundarySignature(volume_.subdivision(), levels, i);
   Content& content = contents_[key];
   VoxelBox box = content.stale;
-  if (!resident || content.signature != signature) box = {{0, 0, 0}, size};
+  if (!content.loaded || content.signature != signature) box = {{0, 0, 0}, size};
   if (!box.empty()) load(key, levels, i, box);
-  content = {signature, {}};
+  content = {true, signature, {}};
   glBindTexture(GL_TEXTURE_3D, texture);
   return uint64_t(box.voxelCount());
+}
+
+void SubvolumeTextures::noteEvictions() {
+  for (uint64_t key = 0; key < contents_.size(); ++key)
+    if (!pool_.resident(key)) contents_[key] = {};
+}
+
+void SubvolumeTextures::clear() {
+  pool_.clear();
+  noteEvictions();
 }
 
 void SubvolumeTextures::load(uint64_t key, const SubvolumeLevels& levels, uint32_t i, const VoxelBox& box) {
@@ -61,9 +73,8 @@ void SubvolumeTextures::markStale(const DirtyBlocks& blocks) {
   const auto& subvolumes = volume_.subdivision().subvolumes();
   for (uint32_t i = 0; i < subvolumes.size(); ++i)
     for (int level = 0; level < subvolumes[i].levels; ++level) {
-      const auto found = contents_.find(uint64_t(i) * 32 + uint64_t(level));
-      if (found == contents_.end()) continue;
-      Content& content = found->second;
+      Content& content = contents_[keyOf(i, level)];
+      if (!content.loaded) continue;
       content.stale = unite(content.stale, dirtyVertices(subvolumes[i], level, blocks.levels[size_t(level)]));
       if (content.signature == 0) continue;
       for (size_t coarser = size_t(level) + 1; coarser < blocks.levels.size(); ++coarser) {

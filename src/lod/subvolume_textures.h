@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "lod/boundary_copy.h"
@@ -30,7 +29,7 @@ class SubvolumeTextures {
   uint64_t bytes() const { return pool_.bytes(); }
   /// The value that a texel of 1 stands for.
   float valueScale() const { return valueScale_; }
-  void clear() { pool_.clear(); }
+  void clear();
 
   static TexelFormat formatFor(ElementType type) {
     return type == ElementType::f32 ? TexelFormat::r32f : TexelFormat::r16;
@@ -38,17 +37,21 @@ class SubvolumeTextures {
 
  private:
   struct Content {
+    bool loaded = false;  // does the pool hold it?
     uint64_t signature = 0;
     VoxelBox stale;
   };
 
-  static uint64_t keyOf(const SubvolumeLevels& levels, uint32_t i) { return uint64_t(i) * 32 + levels[i]; }
+  uint64_t keyOf(uint32_t i, int level) const { return uint64_t(i) * uint64_t(levels_) + uint64_t(level); }
+  uint64_t keyOf(const SubvolumeLevels& levels, uint32_t i) const { return keyOf(i, levels[i]); }
+  void noteEvictions();
   void load(uint64_t key, const SubvolumeLevels& levels, uint32_t i, const VoxelBox& box);
 
   const LodVolume& volume_;
   float valueScale_;
   TexturePool pool_;
-  std::unordered_map<uint64_t, Content> contents_;
+  int levels_;                     // of the pyramid
+  std::vector<Content> contents_;  // by key; asked for all levels of all subvolumes in every frame
   std::vector<float> texels_;
   std::vector<float> floats_;
   std::vector<uint16_t> integers_;
