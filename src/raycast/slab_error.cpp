@@ -8,7 +8,7 @@
 namespace kairos {
 
 double SlabErrors::at(double voxels) const {
-  if (voxels < 2) return measured_[0] * std::pow(voxels / 2, 1.5);
+  if (voxels < 2) return measured_[0] * (voxels / 2);
   const int i = std::clamp(int(std::lround(std::log2(voxels))) - 1, 0, kMeasured - 1);
   return measured_[size_t(i)];
 }
@@ -48,7 +48,8 @@ SlabErrorMeter::Partial SlabErrorMeter::integrate(const float* values, int slabs
 namespace {
 
 constexpr int kStride[3] = {1, kBrickStride, kBrickStride* kBrickStride};
-constexpr int kRows = 3 * kBrickEdge * kBrickEdge;
+constexpr int kFaceEdge = kBrickEdge + 1;  // voxels, those of the next brick's face included
+constexpr int kRows = 3 * kFaceEdge * kFaceEdge;
 
 // The voxels of a brick that rays can read, all ends included; around dense data lie others, which would look
 // like an edge.
@@ -68,7 +69,7 @@ struct Readable {
 // repeat where nothing is readable; a row that is not readable at all has an empty range.
 template <class T, class Row>
 ValueRange takeRow(const T* brick, const Readable& readable, int row, Row& values) {
-  const int axis = row / (kBrickEdge * kBrickEdge), p = row / kBrickEdge % kBrickEdge, q = row % kBrickEdge;
+  const int axis = row / (kFaceEdge * kFaceEdge), p = row / kFaceEdge % kFaceEdge, q = row % kFaceEdge;
   const int second = (axis + 1) % 3, third = (axis + 2) % 3;
   if (p < readable.lo[second] || p > readable.hi[second] || q < readable.lo[third] || q > readable.hi[third])
     return {0, 0};

@@ -15,8 +15,9 @@ class SlabErrors {
   static constexpr int kMeasured = 4;
   explicit SlabErrors(const std::array<double, kMeasured>& measured) : measured_(measured) {}
 
-  /// Below two voxels the error is taken to fall with length^1.5: slower than the second order it has
-  /// where the field is smooth, for the kinks of trilinear fields and of transfer functions.
+  /// Below two voxels, where rows of voxels tell nothing, the error is taken to fall with the length: slower
+  /// than the second order it has where the field is smooth, for the kinks of trilinear fields and the edges
+  /// of transfer functions.
   double at(double voxels) const;
 
  private:

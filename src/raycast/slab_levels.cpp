@@ -16,7 +16,7 @@ SlabLevels::SlabLevels(const RenderSettings& settings, const ClassificationTable
 // What a brick's own error may be of the image's. Errors of the bricks along a ray partly cancel, are dimmed
 // by what lies in front, and pixels beside the volume have none; that this is enough was measured
 // (docs/accuracy.md).
-constexpr double kBrickShare = 1;
+constexpr double kBrickShare = 0.5;
 
 // The longest slabs, up to the brick's edge, that are expected to be right enough.
 uint8_t SlabLevels::judge(const BrickVolume& volume, uint32_t cell) const {
