@@ -18,9 +18,11 @@
 #include <vector>
 
 #include "accuracy_scenes.h"
+#include "diff/change_detection.h"
 #include "diff/differential_renderer.h"
 #include "plot/chart.h"
 #include "raycast/reference_caster.h"
+#include "tcdvrm/renderer_factory.h"
 
 namespace {
 
@@ -36,8 +38,11 @@ double cpuMilliseconds() {
   return double(t.tv_sec) * 1e3 + double(t.tv_nsec) * 1e-6;
 }
 
-enum class Way { post, pre, error };
-constexpr const char* kWayNames[] = {"post-classified", "pre-integrated", "error-driven"};
+enum class Way { post, pre, error, rays };
+constexpr const char* kWayNames[] = {"post-classified", "pre-integrated", "error-driven samples",
+                                     "error-driven rays"};
+constexpr int kWays = 4;
+constexpr double kErrors[] = {3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4};
 
 struct Measurement {
   Way way;
@@ -74,6 +79,18 @@ std::vector<double> samePixels(const Image& image) {
   return pixels;
 }
 
+// How good an image is, over the pixels that have a reference.
+void compare(const Image& image, const std::vector<double>& reference, Measurement& m) {
+  const std::vector<double> pixels = samePixels(image);
+  double squares = 0;
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const double difference = std::abs(pixels[i] - reference[i]);
+    squares += difference * difference;
+    m.largest = std::max(m.largest, difference);
+  }
+  m.rmse = std::sqrt(squares / double(pixels.size()));
+}
+
 RenderSettings settingsFor(const RenderSettings& base, const Measurement& m) {
   RenderSettings settings = base;
   settings.preintegrated = m.way == Way::pre;
@@ -83,16 +100,11 @@ RenderSettings settingsFor(const RenderSettings& base, const Measurement& m) {
 
 void measure(const AccuracyScene& scene, const RenderSettings& base, const std::vector<double>& reference,
              Measurement& m) {
-  const RendererOptions options{.method = Method::full, .threads = 1};
+  RendererOptions options;
+  options.method = Method::full;
+  options.threads = 1;
   DifferentialRenderer renderer(scene.lattice, settingsFor(base, m), options);
-  const std::vector<double> pixels = samePixels(renderer.start(scene.field));
-  double squares = 0;
-  for (size_t i = 0; i < pixels.size(); ++i) {
-    const double difference = std::abs(pixels[i] - reference[i]);
-    squares += difference * difference;
-    m.largest = std::max(m.largest, difference);
-  }
-  m.rmse = std::sqrt(squares / double(pixels.size()));
+  compare(renderer.start(scene.field), reference, m);
   ChangedVoxels none;
   none.values = makeVoxelArray(scene.lattice.type);
   for (int round = 0; round < kRounds; ++round) {
@@ -102,6 +114,50 @@ void measure(const AccuracyScene& scene, const RenderSettings& base, const std::
     if (m.milliseconds > 2000) break;
   }
   m.samples = double(renderer.statistics().samples);
+}
+
+// A frame of a sequence, from as few rays as its error allows: the last of the scene's steps, everything but
+// reading it charged.
+void measureRays(const AccuracyScene& scene, const RenderSettings& settings, double goal,
+                 const std::vector<double>& reference, Measurement& m) {
+  ThreadPool pool(1);
+  ChangeDetector detector(scene.before.front(), 0);
+  std::vector<ChangedVoxels> steps;
+  for (size_t s = 1; s < scene.before.size(); ++s) steps.push_back(detector.advance(scene.before[s], pool));
+  steps.push_back(detector.advance(scene.field, pool));
+  for (int round = 0; round < kRounds; ++round) {
+    RendererOptions options;
+    options.method = Method::anytime;
+    options.threads = 1;
+    options.budget = Budget::ofError(goal);
+    const auto renderer = makeRenderer(scene.lattice, settings, options);
+    renderer->start(scene.before.front());
+    for (size_t s = 0; s + 1 < steps.size(); ++s) renderer->update(steps[s]);
+    const double from = cpuMilliseconds();
+    renderer->update(steps.back());
+    m.milliseconds = std::min(m.milliseconds, cpuMilliseconds() - from);
+    if (round > 0) continue;
+    compare(renderer->image(), reference, m);
+    m.samples = double(renderer->statistics().samples);
+  }
+}
+
+// Of each way to sample a ray the longest sample distance whose own error leaves room for that of leaving
+// rays out: what accuracy.md tells its readers to choose.
+void sweepRays(const AccuracyScene& scene, const RenderSettings& base, const std::vector<double>& reference,
+               std::vector<Measurement>& all) {
+  constexpr double kOwnShare = 0.6;
+  const std::vector<Measurement> fixed = all;
+  for (const double error : kErrors)
+    for (const Way way : {Way::post, Way::pre}) {
+      const auto found = std::find_if(fixed.begin(), fixed.end(), [&](const Measurement& m) {
+        return m.way == way && m.parameter <= 4 && m.rmse <= kOwnShare * error;
+      });
+      if (found == fixed.end()) continue;
+      all.push_back({Way::rays, error});
+      measureRays(scene, settingsFor(base, *found), std::sqrt(error * error - found->rmse * found->rmse),
+                  reference, all.back());
+    }
 }
 
 // Sample distances are halved until the error is below the smallest of interest.
@@ -114,15 +170,22 @@ std::vector<Measurement> sweep(const AccuracyScene& scene, const RenderSettings&
       measure(scene, base, reference, all.back());
       if (all.back().rmse < 9e-5) break;
     }
-  for (const double error : {3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4}) {
+  for (const double error : kErrors) {
     all.push_back({Way::error, error});
     measure(scene, base, reference, all.back());
   }
+  if (!scene.before.empty()) sweepRays(scene, base, reference, all);
   return all;
 }
 
 // What an image with that error costs: between two measurements along the straight line of their logarithms.
 double timeAt(const std::vector<Measurement>& all, Way way, double rmse) {
+  if (way == Way::rays) {  // two ways to sample a ray: the quicker one that is good enough
+    double least = HUGE_VAL;
+    for (const Measurement& m : all)
+      if (m.way == way && m.rmse <= rmse) least = std::min(least, m.milliseconds);
+    return least;
+  }
   const Measurement* coarser = nullptr;
   for (const Measurement& m : all) {
     if (m.way != way) continue;
@@ -156,8 +219,8 @@ void writePlot(const std::string& directory, const std::string& title, const std
   chart.yLabel = "RMSE";
   chart.xUnit = " ms";
   double shortest = 1e30, longest = 0, smallest = 1e30, largest = 0;
-  const char* const colours[] = {"#888", "#2a7ae2", "#d2491f"};
-  for (int w = 0; w < 3; ++w) {
+  const char* const colours[] = {"#888", "#2a7ae2", "#d2491f", "#2a9d4a"};
+  for (int w = 0; w < kWays; ++w) {
     plot::Series series{kWayNames[w], colours[w], {}, plot::Series::Line::straight, plot::Marker::circle, 1};
     for (const Measurement& m : all) {
       if (int(m.way) != w) continue;
@@ -195,14 +258,25 @@ std::string ratioText(const std::vector<Measurement>& all, Way way, double rmse)
   return text;
 }
 
+// The largest true error of those that were to have an error E, in shares of it.
+std::string largestShare(const std::vector<Measurement>& all, Way way, double error) {
+  double largest = 0;
+  for (const Measurement& m : all)
+    if (m.way == way && m.parameter == error) largest = std::max(largest, m.rmse / error);
+  char text[16];
+  std::snprintf(text, sizeof text, "%.2f", largest);
+  return largest > 0 ? text : "";
+}
+
 class Report {
  public:
   explicit Report(const std::string& directory)
       : directory_(directory), csv_(directory + "/accuracy.csv"), table_(directory + "/accuracy.md") {
     csv_ << "scene,transfer_function,way,parameter,rmse,largest,cpu_ms,samples\n";
-    table_ << "| scene | pre-integrated, 1e-3 | 1e-4 | error-driven, 1e-3 | 1e-4 | true / E at 1e-2 | 1e-3 | "
-              "1e-4 |\n"
-           << "|---|---|---|---|---|---|---|---|\n";
+    table_ << "| scene | pre-integrated, 1e-3 | 1e-4 | error-driven samples, 1e-3 | 1e-4 | true / E at 1e-2 "
+              "| 1e-3 "
+              "| 1e-4 | error-driven rays, 1e-3 | 1e-4 | true / E at 1e-2 | 1e-3 | 1e-4 |\n"
+           << "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   }
   void add(const AccuracyScene& scene, const char* classification, const std::vector<Measurement>& all) {
     char row[256];
@@ -213,14 +287,11 @@ class Report {
       std::fputs(row, stdout);
     }
     table_ << "| " << scene.name << " " << classification;
-    for (const Way way : {Way::pre, Way::error})
+    for (const double rmse : {1e-3, 1e-4}) table_ << " | " << ratioText(all, Way::pre, rmse);
+    for (const Way way : {Way::error, Way::rays}) {
       for (const double rmse : {1e-3, 1e-4}) table_ << " | " << ratioText(all, way, rmse);
-    for (const double error : {1e-2, 1e-3, 1e-4})
-      for (const Measurement& m : all)
-        if (m.way == Way::error && m.parameter == error) {
-          std::snprintf(row, sizeof row, " | %.2f", m.rmse / error);
-          table_ << row;
-        }
+      for (const double error : {1e-2, 1e-3, 1e-4}) table_ << " | " << largestShare(all, way, error);
+    }
     table_ << " |\n" << std::flush;
     writePlot(directory_, scene.name + " " + classification, all);
   }

@@ -35,13 +35,31 @@ TransferFunction bandFunction() {
            {1, 0}}};
 }
 
+constexpr size_t kEarlier = 3;  // time steps
+
 AccuracyScene procedural(const std::string& name, const std::vector<uint8_t>& values, ElementType type) {
-  return {name + "/" + std::string(kairos::name(type)), lattice(type), fieldOf(values, type), {0, 255}};
+  return {name + "/" + std::string(kairos::name(type)), lattice(type), fieldOf(values, type), {0, 255}, {}};
 }
 
-AccuracyScene fromSeries(const std::string& name, const std::string& path, const InputOptions& options) {
-  const auto series = InputSeries::open({path}, options);
-  AccuracyScene scene{name, series->lattice(), series->read(0), {}};
+AccuracyScene swayingPlume(ElementType type) {
+  constexpr float kSway = 0.02f;  // a third of a voxel a step
+  AccuracyScene scene = procedural("plume", plume(), type);
+  for (size_t step = kEarlier; step > 0; --step)
+    scene.before.push_back(fieldOf(plumeAt(-kSway * float(step)), type));
+  return scene;
+}
+
+// `prefix` and a time step of four digits are a file's path.
+AccuracyScene fromSeries(const std::string& name, const std::string& prefix, int step,
+                         const std::string& suffix, const InputOptions& options) {
+  std::vector<std::string> files;
+  for (int s = step - int(kEarlier); s <= step; ++s) {
+    const std::string digits = std::to_string(10000 + s).substr(1);
+    files.push_back(prefix + digits + suffix);
+  }
+  const auto series = InputSeries::open(files, options);
+  AccuracyScene scene{name, series->lattice(), series->read(kEarlier), {}, {}};
+  for (size_t s = 0; s < kEarlier; ++s) scene.before.push_back(series->read(s));
   const FieldStatistics statistics = fieldStatistics(scene.field);
   scene.range = {float(statistics.lo), float(statistics.hi)};
   return scene;
@@ -65,16 +83,16 @@ RenderSettings AccuracyScene::settings(Classification classification) const {
 std::vector<AccuracyScene> accuracyScenes(const std::string& dataDirectory) {
   std::vector<AccuracyScene> scenes;
   for (const ElementType type : {ElementType::u8, ElementType::f32}) {
-    scenes.push_back(procedural("plume", plume(), type));
+    scenes.push_back(swayingPlume(type));
     scenes.push_back(procedural("noise", noise(), type));
   }
   if (dataDirectory.empty()) return scenes;
   InputOptions raw;
   raw.raw = RawFormat{{101, 49, 81}, ElementType::u8, {0.125, 0.125, 0.125}};
-  scenes.push_back(fromSeries("jet2/u8", dataDirectory + "/jets/jet2/jet2_0080.raw", raw));
+  scenes.push_back(fromSeries("jet2/u8", dataDirectory + "/jets/jet2/jet2_", 80, ".raw", raw));
   InputOptions density;
   density.grid = "density";
-  scenes.push_back(fromSeries("smoke/f32", dataDirectory + "/smoke/fluid_data_0050.vdb", density));
+  scenes.push_back(fromSeries("smoke/f32", dataDirectory + "/smoke/fluid_data_", 50, ".vdb", density));
   return scenes;
 }
 

@@ -19,13 +19,14 @@ struct AccuracyScene {
   Lattice lattice;
   Field field;
   ValueRange range;
+  std::vector<Field> before;  // earlier time steps, in order; none of static data
 
   /// 512x512, perspective, from a corner.
   RenderSettings settings(Classification classification) const;
 };
 
-/// plume and noise as u8 and f32; with a directory of data sets (jets/jet2, smoke) also one step of each of
-/// these.
+/// plume (the last of four steps) and noise (one) as u8 and f32; with a directory of data sets (jets/jet2,
+/// smoke) also the last of four steps of each of these.
 std::vector<AccuracyScene> accuracyScenes(const std::string& dataDirectory);
 
 }  // namespace kairos::bench

@@ -137,13 +137,18 @@ const std::vector<uint8_t>& noise() {
   return values;
 }
 
-const std::vector<uint8_t>& plume() {
-  static const std::vector<uint8_t> values = quantised([](size_t n, int i, int j, int k) {
+std::vector<uint8_t> plumeAt(float sway) {
+  return quantised([sway](size_t n, int i, int j, int k) {
     const float x = float(i) / kEdge, y = float(j) / kEdge, z = float(k) / kEdge;
     if (z >= 0.92f) return 0.0f;
-    const float r = std::hypot(x - 0.5f - 0.06f * std::sin(6 * z), y - 0.5f - 0.06f * std::cos(5 * z));
+    const float r =
+        std::hypot(x - 0.5f - 0.06f * std::sin(6 * z + sway), y - 0.5f - 0.06f * std::cos(5 * z + sway));
     return 1.4f * (1 - r / (0.07f + 0.16f * z)) * (0.35f + sharedNoise()[n]) - 0.15f;
   });
+}
+
+const std::vector<uint8_t>& plume() {
+  static const std::vector<uint8_t> values = plumeAt(0);
   return values;
 }
 

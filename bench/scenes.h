@@ -20,6 +20,8 @@ Lattice lattice(ElementType type);
 const std::vector<uint8_t>& noise();
 /// A bent, noisy column; about 5 % of the voxels are not zero.
 const std::vector<uint8_t>& plume();
+/// Its bends moved on by an angle: a plume that sways.
+std::vector<uint8_t> plumeAt(float sway);
 
 /// Thin matter everywhere, nowhere empty and nowhere dense: there is nothing to skip and no ray ends early.
 const std::vector<uint8_t>& fog();

@@ -10,6 +10,7 @@ if(KAIROS_SANITIZE)
   target_compile_options(kairos_options INTERFACE -fsanitize=${KAIROS_SANITIZE} -fno-omit-frame-pointer
     -fno-sanitize-recover=all)
   target_link_options(kairos_options INTERFACE -fsanitize=${KAIROS_SANITIZE})
+  target_compile_definitions(kairos_options INTERFACE KAIROS_AVX2_ALONE)
 endif()
 if(KAIROS_FUZZ)
   # OpenVDB is built without the information that the check of virtual tables needs.

@@ -31,7 +31,7 @@ SweepBudget interpretBudget(const std::string& text) {
   const auto refuse = [&] {
     refuseValue("--budgets", text,
                 "shares of a full frame's time such as 10%, times such as 40ms, rates such as "
-                "25fps, samples:N, or unlimited, with commas between them");
+                "25fps, samples:N, error:E, or unlimited, with commas between them");
   };
   const auto before = [&](const std::string& unit) {
     const auto value = parsedNumber(text.substr(0, text.size() - unit.size()));
@@ -42,6 +42,11 @@ SweepBudget interpretBudget(const std::string& text) {
   if (text.ends_with("%")) return {text, before("%") / 100, {}};
   if (text.ends_with("ms")) return {text, 0, Budget::time(before("ms"))};
   if (text.ends_with("fps")) return {text, 0, Budget::framesPerSecond(before("fps"))};
+  if (text.starts_with("error:")) {
+    const auto error = parsedNumber(text.substr(6));
+    if (!error || !(*error >= kSmallestErrorGoal && *error <= kLargestErrorGoal)) refuse();
+    return {text, 0, Budget::ofError(*error)};
+  }
   if (!text.starts_with("samples:")) refuse();
   const auto samples = parsedNumber(text.substr(8));
   if (!samples || !(*samples >= 1) || *samples > 1e15) refuse();
@@ -70,7 +75,7 @@ void BenchArguments::addTo(CLI::App& command) {
       "that take these settings]");
   add("--budgets", "LIST", words_.budgets,
       "for methods that take one: shares of a full frame's median time (10%),\ntimes (40ms), rates (25fps), "
-      "samples:N or unlimited [5%,10%,25%,50%]");
+      "samples:N, error:E (anytime alone) or unlimited [5%,10%,25%,50%]");
   add("--steps", "LIST", words_.steps, "sample distances in voxels, instead of one with --step")
       ->excludes(command.get_option("--step"));
   add("--threads", "LIST", words_.threads, "numbers of threads, each from 1 to 1024 [all processors]");

@@ -37,6 +37,7 @@ Json caseJson(const BenchCase& c, const CaseSummary& s) {
   j["budget"] = c.budgetText.empty() ? Json(nullptr) : Json(c.budgetText);
   j["budget_ms"] = c.budget.milliseconds > 0 ? Json(rounded(c.budget.milliseconds)) : Json(nullptr);
   j["budget_samples"] = c.budget.samples > 0 ? Json(c.budget.samples) : Json(nullptr);
+  j["budget_error"] = c.budget.error > 0 ? Json(c.budget.error) : Json(nullptr);
   j["frames"] = s.frames;
   j["time_ms"] = spreadJson(s.timeMs);
   j["stages_ms"] = {{"update", number(s.updateMs)},

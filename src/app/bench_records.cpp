@@ -142,6 +142,7 @@ std::string budgetName(const BenchCase& c) {
   for (const std::string unit : {"%", "ms", "fps"})
     if (text.ends_with(unit)) return text.substr(0, text.size() - unit.size()) + " " + unit;
   if (text.starts_with("samples:")) return text.substr(8) + " samples";
+  if (text.starts_with("error:")) return "error " + text.substr(6);
   return text;
 }
 

@@ -42,7 +42,8 @@ void Sweep::listCases() {
           continue;
         }
         for (const SweepBudget& budget : plan_.budgets)
-          report_->cases.push_back({method, budget.text, budget.budget, distance, threads});
+          if (takes(method, budget.budget))
+            report_->cases.push_back({method, budget.text, budget.budget, distance, threads});
       }
     }
 }

@@ -39,6 +39,7 @@ void addBudget(nlohmann::ordered_json& record, const RunDescription& run, const 
   record["render_ms"] = rounded(times.renderMs);
   if (run.budget.milliseconds > 0) record["budget_ms"] = run.budget.milliseconds;
   if (run.budget.samples > 0) record["budget_samples"] = run.budget.samples;
+  if (run.budget.error > 0) record["budget_error"] = run.budget.error;
   if (frame.predictedMs) record["predicted_ms"] = rounded(*frame.predictedMs);
   if (run.budget.limited()) record["budget_too_small"] = frame.budgetTooSmall;
   if (frame.error) {

@@ -93,15 +93,17 @@ uint64_t bytesOption(const std::string& option, const std::string& text) {
 Budget budgetOption(const std::string& option, const std::string& text) {
   static const char* const kExpected =
       "a time of 0.1ms to 1e6ms such as 40ms, a rate of 0.001fps to 10000fps such as 25fps, or a number of "
-      "samples of 1000 to 1e15 such as samples:2e6";
+      "samples of 1000 to 1e15 such as samples:2e6, or an error of 1e-5 to 0.5 such as error:1e-3";
   const auto number = [&](const std::string& digits, double lo, double hi) {
     const auto value = parsedNumber(digits);
     if (!value || !(*value >= lo && *value <= hi)) refuseValue(option, text, kExpected);
     return *value;
   };
-  static const std::string kSamples = "samples:";
+  static const std::string kSamples = "samples:", kError = "error:";
   if (text.starts_with(kSamples))
     return Budget::ofSamples(uint64_t(number(text.substr(kSamples.size()), 1e3, 1e15)));
+  if (text.starts_with(kError))
+    return Budget::ofError(number(text.substr(kError.size()), kSmallestErrorGoal, kLargestErrorGoal));
   if (text.ends_with("fps"))
     return Budget::framesPerSecond(number(text.substr(0, text.size() - 3), 1e-3, 1e4));
   if (text.ends_with("ms")) return Budget::time(number(text.substr(0, text.size() - 2), 0.1, 1e6));

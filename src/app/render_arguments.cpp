@@ -73,8 +73,10 @@ void RenderArguments::addMethodOptions(CLI::App& command) {
       "that fits, else adaptive\nrefinement), tcdvrm (as published), tiles (recast the tiles that seem to\n"
       "change most), lowres (a coarser image enlarged) [segments; with a budget\nanytime]");
   add("--budget", "BUDGET", budgetText,
-      "what a frame may cost, from its step to its image: 40ms, 25fps, or\nsamples:2e6, with which two runs "
-      "give the same bits [none]");
+      "what a frame may cost, from its step to its image: 40ms, 25fps, or\nsamples:2e6; or how wrong it may "
+      "be: "
+      "error:1e-3 (RMSE to the exact frame;\nanytime alone). With the last two, runs repeat bit for bit "
+      "[none]");
   add("--seed", "N", words_.seed, "of what is drawn at random [0]");
   published_.addTo(command);
   command.add_flag("--verify", verify, "render each frame exactly too, and report how far it was off")
@@ -140,6 +142,9 @@ void RenderArguments::interpretBudget() {
         "--budget",
         std::string("--method ") + name(renderer.method) +
             " takes what an exact image takes, expected --method anytime, tcdvrm, tiles or lowres");
+  if (renderer.budget.limited() && !takes(renderer.method, renderer.budget))
+    throw OptionError("--budget", std::string("--method ") + name(renderer.method) +
+                                      " cannot stop at an error, expected --method anytime");
   published_.interpret(renderer);
   if (!words_.seed.empty())
     renderer.seed =

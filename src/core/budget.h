@@ -5,16 +5,18 @@
 
 namespace kairos {
 
-/// A limit for each frame: wall-clock time, from the moment a step is handed over to its finished image, or
-/// samples, with which two runs give the same bits.
+/// A limit for each frame: wall-clock time, from the moment a step is handed over to its finished image;
+/// samples, with which two runs give the same bits; or an error that is good enough, with which they do, too.
 struct Budget {
   double milliseconds = 0;  // 0: no limit of time
   uint64_t samples = 0;     // 0: no limit of samples
+  double error = 0;         // RMSE, colours 0 to 1, that the frame may have; 0: no such goal
 
-  static Budget time(double ms) { return {ms, 0}; }
-  static Budget framesPerSecond(double rate) { return {1000 / rate, 0}; }
-  static Budget ofSamples(uint64_t count) { return {0, count}; }
-  bool limited() const { return milliseconds > 0 || samples > 0; }
+  static Budget time(double ms) { return {.milliseconds = ms}; }
+  static Budget framesPerSecond(double rate) { return {.milliseconds = 1000 / rate}; }
+  static Budget ofSamples(uint64_t count) { return {.samples = count}; }
+  static Budget ofError(double rmse) { return {.error = rmse}; }
+  bool limited() const { return milliseconds > 0 || samples > 0 || error > 0; }
 };
 
 /// Where budgeted renderers read the time. A virtual clock in its place makes what they do repeatable: it

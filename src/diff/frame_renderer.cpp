@@ -19,6 +19,10 @@ bool budgeted(Method method) {
   return method >= Method::anytime;
 }
 
+bool takes(Method method, const Budget& budget) {
+  return budget.error > 0 ? method == Method::anytime : budgeted(method);
+}
+
 FrameRenderer::FrameRenderer(const Lattice& lattice, const RenderSettings& settings,
                              const RendererOptions& options)
     : options_(options), pool_(options.threads), scene_(lattice, settings, pool_) {

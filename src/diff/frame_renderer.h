@@ -28,6 +28,8 @@ enum class Method { full, segments, dvrm, tldvrm, anytime, tcdvrm, tiles, lowres
 const char* name(Method method);
 /// Does the method take a budget?
 bool budgeted(Method method);
+/// Of this kind?
+bool takes(Method method, const Budget& budget);
 
 /// The level of modification that tcdvrm spends its budget by: how many changed voxels influence a pixel, or
 /// by how much their values have grown or shrunk.

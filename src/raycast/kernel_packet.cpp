@@ -6,7 +6,11 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raycast/kernel_packet.cpp"
 #define HWY_WANT_AVX3_DL 1
+#ifdef KAIROS_AVX2_ALONE
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3 | HWY_AVX3_DL)
+#else
 #define HWY_DISABLED_TARGETS HWY_SSSE3
+#endif
 #include <hwy/foreach_target.h>
 // foreach_target comes first by Highway's rules
 #include <hwy/highway.h>

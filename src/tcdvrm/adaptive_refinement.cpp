@@ -15,6 +15,9 @@ constexpr double kErrorShare = 0.08;    // of the budget, for the rays that meas
 constexpr double kBlendShare = 0.1;     // of the time for rays, for keeping what blending needs
 constexpr double kLatticeShare = 0.85;  // of the budget, for the lattice to start from: it must not break off
 constexpr double kHysteresis = 1.1;
+constexpr double kBiasShare =
+    0.15;                        // of the squared error a goal allows, for that of a longer sample distance
+constexpr double kWideWork = 2;  // of a packet of stride 8, to what its samples let expect
 constexpr double kSegmentSamples = 20;  // what a packet's segment takes, in samples
 constexpr double kSmallestBatchMs = 0.1, kSmallestBatchPackets = 16;
 constexpr double kReserveMargin = 1.1, kReserveMs = 0.02;
@@ -34,7 +37,9 @@ AdaptiveRefinement::AdaptiveRefinement(const SceneState& scene, const TileCaster
       blend_(image.width, image.height),
       mayBlend_(options.blend),
       live_(image.width, image.height),
+      uncertain_(live_),
       added_(live_) {
+  if (options.budget.error > 0) goal_.emplace(options.budget.error, double(image.data.size()));
   const ViewRays& units = rays_.view(RefinementRays::stride4);
   unitOrder_ = mortonOrder(units.tilesX(), units.tilesY());
   const size_t blocks = BlockSet(image.width, image.height).size();
@@ -175,23 +180,32 @@ double AdaptiveRefinement::batchBudget() {
 void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
                                 FrameStatistics& statistics) {
   beginFrame(live, uncertain);
+  if (goal_) goal_->beginFrame();
   choosePlan();
   keepOld();
   const double selected = meter_.elapsed();
-  total_ += probe_.cast(uncertainUnits_, workOf(0), kErrorShare * castingBudget(), meter_);
+  total_ += probe_.cast(uncertainUnits_, workOf(0), kErrorShare * castingBudget(), meter_,
+                        goal_ ? ErrorGoal::kProbeDensity : 1);
   raysCast_ += probe_.raysCast();
   castLattice();
   pyramid_.interpolate(1, runs_, blending_ ? &blend_ : nullptr);
   queueBlocks();
-  queueOwed(uncertain);
-  refineBlocks();
-  const double cast = meter_.elapsed();
-  assemble();
-  measureError(uncertain, statistics);
-  const double assembled = meter_.elapsed();
+  queueOwed();
+  double cast, assembled;
+  do {
+    refineBlocks();
+    cast = meter_.elapsed();
+    assemble();
+    assembled_ = true;
+    measureError(statistics);
+    assembled = meter_.elapsed();
+  } while (goal_ && !queue_.empty() && !goal_->reached(statistics.error, expectedTotal()));
+  probe_.give(
+      image_, [&](int x, int y) { return uncertain_.contains(uncertain_.blockAt(x, y)); },
+      [&](int x, int y, const float* rgba) { writePixel(x, y, rgba); });
   if (liveBlocks_ > 0) finishMsPerBlock_.add((assembled - cast) / double(liveBlocks_));
   topUp();
-  learn(uncertain, statistics);
+  learn(statistics);
   statistics.selectMs += selected - begun_;
   statistics.castMs += cast - selected + meter_.elapsed() - assembled;
   statistics.composeMs += assembled - cast;
@@ -200,7 +214,7 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
 
 // Blending is left out where what it needs would take much of the time for rays.
 void AdaptiveRefinement::keepOld() {
-  blending_ = mayBlend_ && blend_.worthwhile() &&
+  blending_ = mayBlend_ && !goal_ && blend_.worthwhile() &&
               (!meter_.timed() || keepMs_.value() <= kBlendShare * (castingBudget() + keepMs_.value()));
   if (!blending_) return;
   const double begin = meter_.elapsed();
@@ -218,6 +232,7 @@ void AdaptiveRefinement::beginFrame(const BlockSet& live, const BlockSet& uncert
   begun_ = meter_.elapsed();
   ++frame_;
   live_ = live;
+  uncertain_ = uncertain;
   // What is not even on the usual lattice yet joins in.
   for (size_t b = 0; b < live_.size(); ++b)
     if (uncertain.contains(b) && stride_[b] > 4) live_.set(b, true);
@@ -229,7 +244,7 @@ void AdaptiveRefinement::beginFrame(const BlockSet& live, const BlockSet& uncert
   total_ = {};
   raysCast_ = 0;
   seen_ = {};
-  tooSmall_ = false;
+  tooSmall_ = assembled_ = false;
   units_.clear();
   uncertainUnits_.clear();
   liveBlocks_ = 0;
@@ -295,10 +310,59 @@ double AdaptiveRefinement::ErrorCurve::after(double packets) const {
   return std::max(error, 0.0);
 }
 
+double AdaptiveRefinement::ErrorCurve::packetsTo(double error) const {
+  double left = total - error, packets = 0;
+  for (auto bucket = buckets.rbegin(); bucket != buckets.rend() && left > 0; ++bucket) {
+    if (bucket->gain <= 0) continue;
+    packets += bucket->packets * std::min(1.0, left / bucket->gain);
+    left -= bucket->gain;
+  }
+  return packets;
+}
+
+// Of the sample distances and lattices whose own error leaves room for some of interpolation, the pair that
+// reaches the goal with the least work.
+void AdaptiveRefinement::choosePlanForGoal() {
+  const std::pair<int, ErrorCurve> curves[] = {{4, errorCurve(4)}, {8, errorCurve(8)}};
+  double owed = 0;  // by blocks that stay as they are
+  for (size_t b = 0; b < uncertain_.size(); ++b)
+    if (uncertain_.contains(b) && !live_.contains(b)) owed += modelledError(b);
+  double least = INFINITY;
+  for (int level = 0; level < StepLevels::kCount; ++level)
+    for (const auto& [stride, curve] : curves) {
+      const double bias = probe_.stepBias(level) * double(uncertain_.count()) * kBlockPixels;
+      if (bias > kBiasShare * goal_->allowed()) continue;
+      const double lateral = (goal_->allowed() - bias) / (kBlockPixels * lateralScale_) - owed;
+      const double packets =
+          double(units_.size()) * (stride == 4 ? 1 : kWideWork / 4) + curve.packetsTo(lateral);
+      const double cost = packets * effort(workOf(level)) * (level == stepLevel_ ? 1 : kHysteresis);
+      if (cost >= least) continue;
+      least = cost;
+      plan_ = {level, stride};
+    }
+  stepLevel_ = plan_.stepLevel;
+}
+
+// Squared errors of all uncertain pixels together.
+double AdaptiveRefinement::expectedTotal() const {
+  double total = 0;
+  for (size_t b = 0; b < uncertain_.size(); ++b)
+    if (uncertain_.contains(b)) total += expectedError(b);
+  return total * kBlockPixels;
+}
+
+double AdaptiveRefinement::gainOf(const Item& item) const {
+  const double gain = item.stride == 4   ? unitGain_[item.block]
+                      : item.stride == 2 ? error4(item.block) - error2(item.block)
+                                         : error2(item.block);
+  return std::max(gain, 0.0) * lateralScale_ * kBlockPixels;
+}
+
 // The sample distance and the lattice to start from whose own error and interpolation error together are
 // least.
 void AdaptiveRefinement::choosePlan() {
   findUnitGains();
+  if (goal_) return choosePlanForGoal();
   const ErrorCurve from4 = errorCurve(4), from8 = errorCurve(8);
   const double budget = castingBudget() * (1 - kErrorShare);
   Plan best{StepLevels::kCount - 1, 16};
@@ -332,7 +396,7 @@ void AdaptiveRefinement::findUnitGains() {
 }
 
 // What this frame showed about how errors follow from one another.
-void AdaptiveRefinement::learn(const BlockSet& uncertain, const FrameStatistics& statistics) {
+void AdaptiveRefinement::learn(const FrameStatistics& statistics) {
   for (DetailAge& level : detailAge_) level.endFrame();
   if (plan_.stride == 8 && seen_.expected8 > 0)
     ratio8_ = std::clamp(std::lerp(ratio8_, ratio8_ * seen_.error8 / seen_.expected8, 0.5), 0.002, 1.0);
@@ -342,8 +406,8 @@ void AdaptiveRefinement::learn(const BlockSet& uncertain, const FrameStatistics&
     ratio2_ = std::clamp(std::lerp(ratio2_, seen_.error2 / seen_.expected2, 0.5), 0.002, 1.0);
   if (!statistics.error) return;
   double lateral = 0, pixels = 0;
-  for (size_t b = 0; b < uncertain.size(); ++b)
-    if (uncertain.contains(b)) {
+  for (size_t b = 0; b < uncertain_.size(); ++b)
+    if (uncertain_.contains(b)) {
       lateral += modelledError(b) * kBlockPixels;
       pixels += kBlockPixels;
     }

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "tcdvrm/colour_pyramid.h"
 #include "tcdvrm/detail_age.h"
 #include "tcdvrm/detail_blend.h"
+#include "tcdvrm/error_goal.h"
 #include "tcdvrm/error_probe.h"
 #include "tcdvrm/live_blocks.h"
 #include "tcdvrm/refinement_rays.h"
@@ -25,6 +27,8 @@ namespace kairos {
 /// those first whose error falls most for their cost; what lies between is interpolated, with a share of the
 /// previous image's detail. The sample distance along the rays is chosen for each frame. Rays drawn for the
 /// purpose tell how wrong the result is. Everything is charged to the budget's meter.
+///
+/// Under a budget that is an error, refinement goes on until the rays say that it is met.
 ///
 /// What a refinement brings is learned: a block's error at stride 4 is what its refinement to stride 2 showed
 /// (in this frame, or an earlier one), and so on. An exact image, the first one, teaches all of it at once.
@@ -95,6 +99,8 @@ class AdaptiveRefinement {
     double total = 0;
     void add(double gain, double packets);
     double after(double packets) const;
+    /// Packets until no more than `error` is left.
+    double packetsTo(double error) const;
   };
   struct Plan {
     int stepLevel = 0;
@@ -103,7 +109,7 @@ class AdaptiveRefinement {
 
   void learnInterpolation();
   void learnSampling();
-  void learn(const BlockSet& uncertain, const FrameStatistics& statistics);
+  void learn(const FrameStatistics& statistics);
 
   void beginFrame(const BlockSet& live, const BlockSet& uncertain);
   double castingBudget();
@@ -112,6 +118,9 @@ class AdaptiveRefinement {
   double wideCost() const;
   void keepOld();
   void choosePlan();
+  void choosePlanForGoal();
+  double expectedTotal() const;
+  double gainOf(const Item& item) const;
   void findUnitGains();
   ErrorCurve errorCurve(int baseStride) const;
   CastWork workOf(int stepLevel) const;
@@ -134,7 +143,7 @@ class AdaptiveRefinement {
   void charge(size_t packets, bool wide);
 
   void queueBlocks();
-  void queueOwed(const BlockSet& uncertain);
+  void queueOwed();
   void takeUp(uint32_t block);
   void refineBlocks();
   bool takeItems(std::vector<Item>& items);
@@ -145,6 +154,7 @@ class AdaptiveRefinement {
   void takeStride2(uint32_t block, const PacketColours& colours);
   void takeStride1(uint32_t block, const PacketColours* phases);
   double learnDetail(uint32_t block, const PacketColours& colours);
+  bool showsOld(uint32_t block) const;
   void pushStride2(int column, int row);
   void pushStride2(uint32_t block);
   void pushStride1(uint32_t block);
@@ -152,7 +162,7 @@ class AdaptiveRefinement {
   void assemble();
   void assemble(std::span<const BlockRun> runs, const DetailBlend* blend);
   void writeBlock(uint32_t block);
-  void measureError(const BlockSet& uncertain, FrameStatistics& statistics);
+  void measureError(FrameStatistics& statistics);
   void topUp();
   bool takeWholeBlocks(std::vector<uint32_t>& tiles);
   size_t blockOfTile(uint32_t tile) const;
@@ -169,6 +179,7 @@ class AdaptiveRefinement {
   StepLevels levels_;
   RefinementRays rays_;
   ErrorProbe probe_;
+  std::optional<ErrorGoal> goal_;  // of budgets that are an error
   ColourPyramid pyramid_;
   DetailBlend blend_;
   const bool mayBlend_;
@@ -192,13 +203,14 @@ class AdaptiveRefinement {
   // Of this frame.
   uint32_t frame_ = 0;
   double begun_ = 0, reserve_ = 0, measuredError_ = 0;
-  BlockSet live_;   // to be found anew
-  BlockSet added_;  // owed ones that were taken up
+  BlockSet live_;       // to be found anew
+  BlockSet uncertain_;  // not exact, the live ones included
+  BlockSet added_;      // owed ones that were taken up
   std::vector<BlockRun> runs_;
   std::vector<uint32_t> unitOrder_, units_, uncertainUnits_;
   size_t liveBlocks_ = 0;
   Plan plan_;
-  bool blending_ = false, tooSmall_ = false;
+  bool blending_ = false, tooSmall_ = false, assembled_ = false;
   CastWork meanWork_, total_;
   uint64_t raysCast_ = 0;
   struct {

@@ -14,6 +14,11 @@ constexpr double kMostly = 0.8;
 
 // An exact frame is begun when it is expected to take at most so much of the budget.
 constexpr double kExactShare = 0.92;
+constexpr double kWorthRefining = 1.0 / 32;  // of the image's samples
+// Scattered rays cost more than whole tiles: refinement that takes so much of the samples is left for a
+// while.
+constexpr double kNearlyAll = 0.6;
+constexpr int kExactFrames = 8;
 constexpr size_t kFewestTiles = 16;  // of a batch, where they fit
 
 // What has to be left of the budget beside what the rest of an exact frame is expected to take: to refine
@@ -29,6 +34,7 @@ constexpr double kLearning = 0.7;     // of a new observation in the guess
 AnytimeRenderer::AnytimeRenderer(const Lattice& lattice, const RenderSettings& settings,
                                  const RendererOptions& options)
     : FrameRenderer(lattice, interpolatable(settings), options),
+      untilGood_(options.budget.error > 0),
       meter_(options.budget, options.clock),
       exact_(scene_, options, true, image_, nullptr),
       refinement_(scene_, exact_.caster(), image_, meter_, options),
@@ -73,6 +79,7 @@ void AnytimeRenderer::renderWhole() {
 
 void AnytimeRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& applied) {
   Stopwatch clock;
+  exactFrames_ = std::max(0, exactFrames_ - 1);
   const BlockSet& touched = visibility_.follow(applied);
   // Where most bricks changed and exact rays are out of reach, which of them changed is left for later.
   const ExactImage::Reach reach = exact_.reachOf(applied);
@@ -99,7 +106,14 @@ void AnytimeRenderer::renderChanges(const ChangedVoxels&, const AppliedChanges& 
 }
 
 bool AnytimeRenderer::fits(CastWork exact) {
+  if (untilGood_) return !worthRefining(exact);
   return meter_.cost(exact) <= kExactShare * meter_.remaining();
+}
+
+// Is there more to cast than what the fewest rays would take that refinement begins with, and did it lately
+// take less than casting everything?
+bool AnytimeRenderer::worthRefining(CastWork exact) const {
+  return exactFrames_ == 0 && exact.samples > kWorthRefining * refinement_.exactWork(shown_).samples;
 }
 
 // All that shows anything may be inexact, since earlier changes were not followed to the rays.
@@ -144,6 +158,8 @@ void AnytimeRenderer::refine(const BlockSet& live, const BlockSet& uncertain) {
   for (size_t b = 0; b < live.size(); ++b)
     approximated_[b] |= uint8_t(live.contains(b) || (uncertain.contains(b) && refinement_.strideOf(b) > 1));
   refinement_.refine(live, uncertain, statistics_);
+  if (untilGood_ && double(statistics_.samples) > kNearlyAll * refinement_.exactWork(live).samples)
+    exactFrames_ = kExactFrames;
   if (!statistics_.error) {
     // What a budget too small left from an earlier step has an error that nobody has seen.
     if (!statistics_.budgetTooSmall) reportOwed();
@@ -219,6 +235,7 @@ size_t AnytimeRenderer::castExactly(std::span<const uint32_t> tiles, bool whole)
 
 // What an earlier frame refined instead of casting it exactly, the worst first.
 void AnytimeRenderer::payOwed() {
+  if (untilGood_) return;
   BlockQueue<uint32_t> queue;
   for (const uint32_t tile : exact_.staleTiles()) {
     const double cost = std::max(meter_.cost(exactWork(tile)), 1e-9);

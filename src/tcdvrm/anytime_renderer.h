@@ -17,6 +17,7 @@ namespace kairos {
 /// changed is refined adaptively (AdaptiveRefinement), and its tiles are owed: whenever a later frame's
 /// changes leave some of the budget, owed tiles are cast exactly, the worst first. So the image equals the
 /// full render bit for bit finitely many frames after changes end. Without a budget every frame is exact.
+/// Under a budget that is an error, what changed is refined until the frame is that good, and left so.
 class AnytimeRenderer : public FrameRenderer {
  public:
   /// Throws OptionError where the settings are out of range, or not of a kind that can be interpolated
@@ -35,6 +36,7 @@ class AnytimeRenderer : public FrameRenderer {
   size_t blockOf(uint32_t tile) const;
   CastWork exactWork(uint32_t tile) const;
   bool fits(CastWork exact);
+  bool worthRefining(CastWork exact) const;
   void refineUnmarked(const BlockSet& touched);
   void refineTouched();
   void refine(const BlockSet& live, const BlockSet& uncertain);
@@ -47,6 +49,7 @@ class AnytimeRenderer : public FrameRenderer {
   void reportOwed();
   double modelledError() const;
 
+  const bool untilGood_;  // the budget is an error
   BudgetMeter meter_;
   ExactImage exact_;
   AdaptiveRefinement refinement_;
@@ -55,6 +58,7 @@ class AnytimeRenderer : public FrameRenderer {
   std::vector<uint8_t> approximated_;   // per block: refined since all of it was exact
   double samplesPerLatticeSample_ = 1;  // classified ones of the lattice samples of visible bricks
   double segmentsPerSample_ = 0;
+  int exactFrames_ = 0;    // untilGood_: to come, since refinement took as much
   bool unmarked_ = false;  // changes are noted whose tiles are not known: every tile counts as owed
   ErrorEstimate lastMeasured_;
   double lastModelled_ = 0;  // what the model said of the same frame; below 0 while nobody asked

@@ -69,11 +69,12 @@ void ErrorProbe::castUnit(Drawn& drawn, bool allLevels, PreparedTile& scratch) c
 }
 
 CastWork ErrorProbe::cast(std::span<const uint32_t> units, CastWork unitWork, double budget,
-                          BudgetMeter& meter) {
+                          BudgetMeter& meter, double density) {
   const double cost = meter.cost(unitWork) * (1 + kBiasCost / double(kBiasEvery));
   const double wanted =
-      std::min(std::max(kFewestUnits, kMostUnits * double(units.size())), double(units.size()));
+      std::min(std::max(kFewestUnits, kMostUnits * density * double(units.size())), double(units.size()));
   const double affordable = cost > 0 ? std::max(budget, 0.0) / cost : wanted;
+  poolBefore_ = pool_;
   draw(units, size_t(std::min(affordable, wanted)));
   meter.beginCasting();
   scene_.pool().forEach(drawn_.size(), 2, [&](size_t begin, size_t end) {
@@ -129,7 +130,8 @@ std::optional<ErrorEstimate> ErrorProbe::estimate(std::span<const UnitError> err
                                                   double imageValues) {
   if (total <= 0) return std::nullopt;
   const Pool frame = poolOf(errors, total);
-  if (frame.modelled <= 0 || frame.seen + pool_.seen <= 0) return std::nullopt;
+  if (frame.modelled <= 0 || frame.seen + poolBefore_.seen <= 0) return std::nullopt;
+  pool_ = poolBefore_;
   if (!agrees(frame)) pool_ = {};
   pool_.add(frame);
   // Neighbouring frames have their rare large errors in the same places: together they tell no more about

@@ -33,19 +33,23 @@ class ErrorProbe {
 
   /// Draws from `units`, one from each of as many equally long parts of the list as `budget` (in the meter's
   /// unit) pays for, at most 0.5 % of the pixels (or 32 units), and casts. `unitWork` is what a packet is
-  /// expected to take.
-  CastWork cast(std::span<const uint32_t> units, CastWork unitWork, double budget, BudgetMeter& meter);
+  /// expected to take. `density`: times as many.
+  CastWork cast(std::span<const uint32_t> units, CastWork unitWork, double budget, BudgetMeter& meter,
+                double density = 1);
   uint64_t raysCast() const { return drawn_.size() * kLanes; }
 
   /// From the rays cast: the RMSE over the whole image, everything outside the units being exact, with a 95 %
   /// interval; nothing when fewer than two units were drawn or none of their rays differs. Calls `inside(x,
-  /// y)`: is the pixel one that may be wrong? and `take(x, y, rgba)` with every ray's colour, to be put into
-  /// the image. `modelled(unit)` is the sum of squared errors that is expected of a unit, and `total` that of
+  /// y)`: is the pixel one that may be wrong? May be asked again, of a frame that was improved meanwhile.
+  /// `modelled(unit)` is the sum of squared errors that is expected of a unit, and `total` that of
   /// all units: the rays tell by what factor it is off (a ratio estimate; Cochran 1977, chapter 6), which is
   /// smoothed over the frames, as long as they agree, since few rays miss rare large errors.
-  template <class Modelled, class Inside, class Take>
-  std::optional<ErrorEstimate> measure(const Image& image, Modelled&& modelled, double total, Inside&& inside,
-                                       Take&& take);
+  template <class Modelled, class Inside>
+  std::optional<ErrorEstimate> measure(const Image& image, Modelled&& modelled, double total,
+                                       Inside&& inside);
+  /// Calls `take(x, y, rgba)` with every ray's colour, to be put into the image once it has been measured.
+  template <class Inside, class Take>
+  void give(const Image& image, Inside&& inside, Take&& take) const;
 
   /// Mean squared difference, all channels added, of rays of a step level to the exact ones.
   double stepBias(int level) const { return stepBias_[size_t(level)]; }
@@ -81,29 +85,43 @@ class ErrorProbe {
   int unitsX_, unitsY_;
   std::array<std::deque<TileCaster>, StepLevels::kCount> shifted_;  // 4 x 4 shifts
   std::array<double, StepLevels::kCount> stepBias_{};
-  Pool pool_;
+  /// body(x, y, rgba) for the rays of a drawn unit whose pixels may be wrong.
+  template <class Inside, class Body>
+  void forRays(const Drawn& unit, const Image& image, Inside&& inside, Body&& body) const;
+
+  Pool pool_, poolBefore_;  // poolBefore_: without this frame
   std::mt19937_64 random_;
   std::vector<Drawn> drawn_;
 };
 
-template <class Modelled, class Inside, class Take>
+template <class Inside, class Body>
+void ErrorProbe::forRays(const Drawn& unit, const Image& image, Inside&& inside, Body&& body) const {
+  const int x0 = int(unit.unit) % unitsX_ * kUnitEdge + unit.shiftX;
+  const int y0 = int(unit.unit) / unitsX_ * kUnitEdge + unit.shiftY;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int x = x0 + lane % kTileEdge * kTileEdge, y = y0 + lane / kTileEdge * kTileEdge;
+    if (x < image.width && y < image.height && inside(x, y)) body(x, y, unit.exact.rgba[lane]);
+  }
+}
+
+template <class Modelled, class Inside>
 std::optional<ErrorEstimate> ErrorProbe::measure(const Image& image, Modelled&& modelled, double total,
-                                                 Inside&& inside, Take&& take) {
+                                                 Inside&& inside) {
   if (drawn_.size() < 2) return std::nullopt;
   std::vector<UnitError> errors;
   for (const Drawn& unit : drawn_) {
-    const int x0 = int(unit.unit) % unitsX_ * kUnitEdge + unit.shiftX;
-    const int y0 = int(unit.unit) / unitsX_ * kUnitEdge + unit.shiftY;
     double sum = 0;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const int x = x0 + lane % kTileEdge * kTileEdge, y = y0 + lane / kTileEdge * kTileEdge;
-      if (x >= image.width || y >= image.height || !inside(x, y)) continue;
-      sum += double(squaredDistance(image.pixel(x, y), load4(unit.exact.rgba[lane])));
-      take(x, y, unit.exact.rgba[lane]);
-    }
+    forRays(unit, image, inside, [&](int x, int y, const float* rgba) {
+      sum += double(squaredDistance(image.pixel(x, y), load4(rgba)));
+    });
     errors.push_back({sum * kUnitEdge * kUnitEdge / kLanes, modelled(unit.unit)});
   }
   return estimate(errors, total, double(image.width) * double(image.height) * 4);
+}
+
+template <class Inside, class Take>
+void ErrorProbe::give(const Image& image, Inside&& inside, Take&& take) const {
+  for (const Drawn& unit : drawn_) forRays(unit, image, inside, take);
 }
 
 }  // namespace kairos

@@ -276,7 +276,9 @@ void LowresRenderer::measureError() {
   const double unitPixels = double(kUnitEdge) * kUnitEdge;
   statistics_.error = probe_.measure(
       image_, [&](uint32_t) { return expected * unitPixels; },
-      expected * unitPixels * double(visibleUnits().size()), [](int, int) { return true; },
+      expected * unitPixels * double(visibleUnits().size()), [](int, int) { return true; });
+  probe_.give(
+      image_, [](int, int) { return true; },
       [&](int x, int y, const float* rgba) { store4(image_.pixel(x, y), load4(rgba)); });
   if (!statistics_.error) return;
   const double measured = statistics_.error->rmse * statistics_.error->rmse * 4;

@@ -51,12 +51,12 @@ void AdaptiveRefinement::writeBlock(uint32_t block) {
   }
 }
 
-void AdaptiveRefinement::measureError(const BlockSet& uncertain, FrameStatistics& statistics) {
+void AdaptiveRefinement::measureError(FrameStatistics& statistics) {
   double total = 0;
   std::vector<double>& units = unitError_;
   for (const uint32_t unit : uncertainUnits_) units[unit] = 0;
-  for (size_t b = 0; b < uncertain.size(); ++b) {
-    if (!uncertain.contains(b)) continue;
+  for (size_t b = 0; b < uncertain_.size(); ++b) {
+    if (!uncertain_.contains(b)) continue;
     const double error =
         (modelledError(b) + probe_.stepBias(stepLevel_) + double(kLeastError)) * kBlockPixels;
     units[unitOf_[b]] += error;
@@ -64,8 +64,7 @@ void AdaptiveRefinement::measureError(const BlockSet& uncertain, FrameStatistics
   }
   statistics.error = probe_.measure(
       image_, [&](uint32_t unit) { return units[unit]; }, total,
-      [&](int x, int y) { return uncertain.contains(uncertain.blockAt(x, y)); },
-      [&](int x, int y, const float* rgba) { writePixel(x, y, rgba); });
+      [&](int x, int y) { return uncertain_.contains(uncertain_.blockAt(x, y)); });
   if (!statistics.error) return;
   measuredError_ = statistics.error->rmse * statistics.error->rmse * double(image_.data.size());
 }

@@ -185,13 +185,18 @@ void AdaptiveRefinement::queueBlocks() {
 }
 
 // What earlier frames left at a stride of 4 or 2 goes on from there.
-void AdaptiveRefinement::queueOwed(const BlockSet& uncertain) {
-  for (uint32_t b = 0; b < uncertain.size(); ++b) {
-    if (!uncertain.contains(b) || live_.contains(b)) continue;
+void AdaptiveRefinement::queueOwed() {
+  for (uint32_t b = 0; b < uncertain_.size(); ++b) {
+    if (!uncertain_.contains(b) || live_.contains(b)) continue;
     if (stride_[b] == 2) pushStride1(b);
     if (stride_[b] != 4) continue;
     pushStride2(b);
   }
+}
+
+// Does the image still have the previous step's detail there?
+bool AdaptiveRefinement::showsOld(uint32_t block) const {
+  return live_.contains(block) && !assembled_;
 }
 
 // Is it one that earlier frames left?
@@ -242,13 +247,15 @@ void AdaptiveRefinement::refineBlocks() {
   }
 }
 
-// The most urgent items of the queue that fit a batch, with their packets. False when there are none.
+// The most urgent items of the queue that fit a batch, with their packets. False when there are none, or the
+// frame is good enough.
 bool AdaptiveRefinement::takeItems(std::vector<Item>& items) {
-  const double budget = batchBudget();
+  const double budget = batchBudget(), wanted = goal_ ? goal_->batchGain(expectedTotal()) : INFINITY;
   items.clear();
   packets_.clear();
-  for (double cost = 0; !queue_.empty();) {
+  for (double cost = 0, gain = 0; !queue_.empty() && gain < wanted;) {
     const Item item = queue_.top();
+    gain += goal_ ? gainOf(item) : 0;
     const uint32_t unit = item.stride == 4 ? item.block : unitOf_[item.block];
     cost += meter_.cost(workOf(unit, stepLevel_)) * (item.stride == 1 ? 3 : 1);
     if (cost > budget) break;
@@ -325,7 +332,7 @@ void AdaptiveRefinement::takeStride2(uint32_t block, const PacketColours& colour
 // Before a block's nodes of stride 2 are stored. Returns the error with the old detail's share to that
 // without.
 double AdaptiveRefinement::learnDetail(uint32_t block, const PacketColours& colours) {
-  if (!live_.contains(block)) return 1;  // the old image shows the same step there
+  if (!showsOld(block)) return 1;
   const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
   const bool fresh = detailAge(1, block) <= DetailAge::kOldest;
   double with = 0, without = 0;
@@ -354,7 +361,7 @@ void AdaptiveRefinement::takeStride1(uint32_t block, const PacketColours* phases
   const NodeGrid &half = pyramid_.grid(1), &full = pyramid_.grid(0);
   const int x0 = int(block) % live_.columns() * kBlockEdge, y0 = int(block) / live_.columns() * kBlockEdge;
   takeUp(block);
-  const bool fresh = live_.contains(block) && detailAge(0, block) <= DetailAge::kOldest;
+  const bool fresh = showsOld(block) && detailAge(0, block) <= DetailAge::kOldest;
   double with = 0, without = 0;
   for (const auto& [lane, phase] : kFineProbes) {
     const int i = x0 / 2 + lane % kTileEdge, j = y0 / 2 + lane / kTileEdge;

@@ -19,6 +19,9 @@ std::unique_ptr<FrameRenderer> makeRenderer(const Lattice& lattice, const Render
                       std::string("--method ") + name(options.method) +
                           " recasts the rays that changed voxels project to, but with them a brick's "
                           "sample distance may change; expected another method");
+  if (budgeted(options.method) && !takes(options.method, options.budget))
+    throw OptionError("--budget", std::string("--method ") + name(options.method) +
+                                      " cannot stop at an error, expected --method anytime");
   switch (options.method) {
     case Method::full:
     case Method::segments:

@@ -222,7 +222,7 @@ void TilesRenderer::measureError() {
     statistics_.stalePixels += uint64_t(exact_.caster().view().raysOf(int(tile)));
   }
   statistics_.error = probe_.measure(
-      image_, [&](uint32_t unit) { return unitError_[unit]; }, total, stale, [](int, int, const float*) {});
+      image_, [&](uint32_t unit) { return unitError_[unit]; }, total, stale);
 }
 
 Image TilesRenderer::aov(Aov kind) const {

@@ -301,6 +301,7 @@ TEST_F(Bench, RefusesWhatItCannotRunBeforeItReadsAnything) {
       {{"--budgets", "10"}, "--budgets: found \"10\""},
       {{"--budgets", "-5%"}, "--budgets: found \"-5%\""},
       {{"--budgets", "samples:0"}, "--budgets: found \"samples:0\""},
+      {{"--budgets", "error:2"}, "--budgets: found \"error:2\""},
       {{"--threads", "0"}, "--threads: found \"0\""},
       {{"--steps", "0"}, "--steps: found \"0\""},
       {{"--repeat", "0"}, "--repeat: found \"0\""},

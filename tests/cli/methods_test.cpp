@@ -61,6 +61,9 @@ TEST_F(Methods, EveryOptionOfTheTimeCriticalMethodIsTaken_D9) {
       stats("all", {"--method", "tcdvrm", "--budget", "25fps", "--lom", "magnitude", "--projection", "paper",
                     "--order", "trilinear", "--carry-over", "--cut-off", "--no-calibration", "--seed", "3"});
   EXPECT_EQ(all[0]["budget_ms"], 40);
+  const auto error = stats("error", {"--budget", "error:1e-2"});
+  EXPECT_EQ(error[0]["method"], "anytime");
+  EXPECT_EQ(error[0]["budget_error"], 1e-2);
   const auto time = stats("time", {"--method", "tcdvrm", "--budget", "12.5ms"});
   EXPECT_EQ(time[0]["budget_ms"], 12.5);
   EXPECT_TRUE(time[1].contains("predicted_ms"));

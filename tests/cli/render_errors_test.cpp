@@ -59,6 +59,8 @@ TEST_F(RenderErrors, AbsurdOptionValuesAreRefusedByName) {
                                      {"--budget", "0ms"},
                                      {"--budget", "samples:1"},
                                      {"--budget", "xfps"},
+                                     {"--budget", "error:0"},
+                                     {"--budget", "error:x"},
                                      {"--seed", "-1"},
                                      {"--precision", "half"},
                                      {"--threads", "0"},
@@ -104,6 +106,7 @@ TEST_F(RenderErrors, ContradictionsAreNamed) {
   expectFailure(render("out", {"--ortho", "fit", "--eye", "1,2,3"}), 2, {"--ortho"});
   expectFailure(render("out", {"--half", "--float"}), 2, {"--half", "--float"});
   expectFailure(render("out", {"--budget", "40ms", "--method", "segments"}), 2, {"--budget", "segments"});
+  expectFailure(render("out", {"--budget", "error:1e-3", "--method", "tcdvrm"}), 2, {"--budget", "anytime"});
   expectFailure(render("out", {"--budget", "40ms", "--mode", "mip"}), 2, {"--budget", "dvr"});
   expectFailure(render("out", {"--budget", "40ms", "--aov", "depth"}), 2, {"--aov", "depth"});
   expectFailure(render("out", {"--shade", "--mode", "mip"}), 2, {"--shade", "dvr"});
