@@ -146,7 +146,7 @@ void measureRays(const AccuracyScene& scene, const RenderSettings& settings, dou
 // rays out: what accuracy.md tells its readers to choose.
 void sweepRays(const AccuracyScene& scene, const RenderSettings& base, const std::vector<double>& reference,
                std::vector<Measurement>& all) {
-  constexpr double kOwnShare = 0.6;
+  constexpr double kOwnShare = 0.75;
   const std::vector<Measurement> fixed = all;
   for (const double error : kErrors)
     for (const Way way : {Way::post, Way::pre}) {

@@ -91,9 +91,9 @@ class Experiment {
               const std::vector<std::string>& categories);
   std::array<double, 3> sharesOf(const Importance& importance, const Importance& ranking, double budget);
   Image image(const MakeController& make, const Importance& importance, double budget, int frame);
-  std::vector<uint8_t> frontmost(const Importance& importance, int frame);
-  void compare(const std::string& name, const Importance& importance, int frame,
-               const std::function<bool(int, int)>& important);
+  std::vector<double> visibleShare(const Importance& importance, int frame);
+  void compare(const std::string& name, const Importance& importance,
+               const std::function<std::vector<double>(int)>& important);
 
   LodVolumeScene scene_;
   std::string directory_;
@@ -204,6 +204,16 @@ double Experiment::toleranceForTarget() {
     bestOff = off;
   }
   return best;
+}
+
+// Distance and projected area with equal weights, squared: the whole volume fits the image, so that the
+// nearest subvolume is only half as far away as the farthest, and the plain mean hardly tells them apart.
+Importance nearAndLarge() {
+  return [mix = mixedImportance({{distanceImportance(), 0.5}, {areaImportance(), 0.5}})](
+             std::span<const SubvolumeView> views, std::span<double> importances) {
+    mix(views, importances);
+    for (double& i : importances) i *= i;
+  };
 }
 
 // Indices of a frame's subvolumes, least important first.
@@ -378,8 +388,7 @@ void Experiment::tables() {
 
   const Importance gaze = gazeImportance(0.5 * kSize, 0.5 * kSize, kGazeRadius * std::sqrt(2.0) * kSize);
   if (isBrain)
-    shares("Distance and projected area", "table4.md",
-           mixedImportance({{distanceImportance(), 0.5}, {areaImportance(), 0.5}}),
+    shares("Distance and projected area", "table4.md", nearAndLarge(),
            {"low importance", "medium importance", "high importance"});
   else
     shares("Maximum opacity", "table3.md", opacityImportance(),
@@ -402,88 +411,112 @@ Image Experiment::image(const MakeController& make, const Importance& importance
   return renderer_->image();
 }
 
-// With and without importance at the same budget, beside the full image, and where they are wrong.
-void Experiment::compare(const std::string& name, const Importance& importance, int frame,
-                         const std::function<bool(int, int)>& important) {
-  const double budget = 0.35 * target_;
-  const MakeController make = predictive(PredictiveOptions::Unit::fragments);
-  const Image full = image(makeFinestController, uniformImportance(), 0, frame);
-  const Image without = image(make, uniformImportance(), budget, frame);
-  const Image with = image(make, importance, budget, frame);
-  const auto error = [&](const Image& a, Image& map) {
-    double sum = 0;
-    int count = 0;
-    for (int y = 0; y < kSize; ++y)
-      for (int x = 0; x < kSize; ++x) {
-        double squared = 0;
-        for (int c = 0; c < 3; ++c) {
-          const double d = double(a.pixel(x, y)[c]) - double(full.pixel(x, y)[c]);
-          squared += d * d / 3;
-          map.pixel(x, y)[c] = float(std::min(1.0, 10 * std::abs(d)));
-        }
-        map.pixel(x, y)[3] = 1;
-        if (!important(x, y)) continue;
-        sum += squared;
-        ++count;
+namespace {
+
+// Mean of the squared errors of a pixel's three colours, pixels weighted by `weights`; and ten times the
+// error, as a picture.
+double weightedError(const Image& image, const Image& full, const std::vector<double>& weights, Image& map) {
+  double sum = 0, total = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      double squared = 0;
+      for (int c = 0; c < 3; ++c) {
+        const double d = double(image.pixel(x, y)[c]) - double(full.pixel(x, y)[c]);
+        squared += d * d / 3;
+        map.pixel(x, y)[c] = float(std::min(1.0, 10 * std::abs(d)));
       }
-    return std::sqrt(sum / std::max(1, count));
-  };
-  Image mapWithout(kSize, kSize, 4), mapWith(kSize, kSize, 4);
-  const double a = error(without, mapWithout), b = error(with, mapWith);
-  writePng(directory_ + "/" + name + "-full.png", full);
-  writePng(directory_ + "/" + name + "-without.png", without);
-  writePng(directory_ + "/" + name + "-with.png", with);
-  writePng(directory_ + "/" + name + "-without-error.png", mapWithout);
-  writePng(directory_ + "/" + name + "-with-error.png", mapWith);
-  table(name + ".md", text("%s: RMSE in the important region %.5f without, %.5f with importance (%.0f %%)\n",
-                           name.c_str(), a, b, 100 * b / a));
+      map.pixel(x, y)[3] = 1;
+      const double weight = weights[size_t(y) * kSize + size_t(x)];
+      sum += weight * squared;
+      total += weight;
+    }
+  return total > 0 ? sum / total : 0;
 }
 
-// The pixels where the nearest subvolume is one of the most important third.
-std::vector<uint8_t> Experiment::frontmost(const Importance& importance, int frame) {
-  image(makeFinestController, uniformImportance(), 0, frame);
-  const std::vector<SubvolumeRecord> records = renderer_->statistics().records;  // nearest first
-  const std::vector<size_t> order = ranked(records, importance);
-  std::vector<uint8_t> important(records.size(), 0), pixels(size_t(kSize) * kSize, 2);
-  for (size_t rank = order.size() * 2 / 3; rank < order.size(); ++rank) important[order[rank]] = 1;
-  const LodVolume& volume = renderer_->volume();
-  const SliceView view(camera(frame), renderer_->settings(), volume.lattice(), volume.pyramid().origin(),
-                       volume.pyramid().cells());
-  for (size_t i = 0; i < records.size(); ++i) {
-    const SliceView::Box box = view.box(volume.subdivision().subvolumes()[records[i].subvolume].cells);
-    double lo[2] = {kSize, kSize}, hi[2] = {0, 0};
-    for (const Vec3d& corner : box.corners) {
-      const double at[2] = {0.5 * kSize + corner.x / (view.pixel() * corner.z),
-                            0.5 * kSize + corner.y / (view.pixel() * corner.z)};
-      for (int a = 0; a < 2; ++a) {
-        lo[a] = std::min(lo[a], std::max(0.0, at[a]));
-        hi[a] = std::max(hi[a], std::min(double(kSize), at[a]));
-      }
+}  // namespace
+
+// With and without importance at the same budget, against the full image: RMSE over a turn, pixels weighted
+// by `important(frame)`; pictures of one frame and of where it is wrong.
+void Experiment::compare(const std::string& name, const Importance& importance,
+                         const std::function<std::vector<double>(int)>& important) {
+  const MakeController make = predictive(PredictiveOptions::Unit::fragments);
+  const auto write = [&](const char* suffix, const Image& picture) {
+    writePng(directory_ + "/" + name + suffix, picture);
+  };
+  std::string lines = "| " + name;
+  for (const double relative : {1.0, 0.5}) {
+    double without = 0, with = 0;
+    for (const int frame : rotation(8)) {
+      const std::vector<double> weights = important(frame);
+      const Image full = image(makeFinestController, uniformImportance(), 0, frame);
+      const Image a = image(make, uniformImportance(), relative * target_, frame);
+      const Image b = image(make, importance, relative * target_, frame);
+      Image mapA(kSize, kSize, 4), mapB(kSize, kSize, 4);
+      without += weightedError(a, full, weights, mapA);
+      with += weightedError(b, full, weights, mapB);
+      if (relative < 1 || frame != rotation(8)[1]) continue;
+      write("-full.png", full);
+      write("-without.png", a);
+      write("-with.png", b);
+      write("-without-error.png", mapA);
+      write("-with-error.png", mapB);
     }
-    for (int y = int(lo[1]); y < int(hi[1]); ++y)
-      for (int x = int(lo[0]); x < int(hi[0]); ++x)
-        if (uint8_t& pixel = pixels[size_t(y) * kSize + size_t(x)]; pixel == 2) pixel = important[i];
+    lines += text(" | %.4f | %.4f | %.0f %%", std::sqrt(without / 8), std::sqrt(with / 8),
+                  100 * std::sqrt(with / without));
   }
-  for (uint8_t& pixel : pixels) pixel = pixel == 1;
-  return pixels;
+  table(name + ".md", lines + " |\n");
+}
+
+// How much of each pixel's opacity the most important third of the subvolumes make, 0 to 1.
+std::vector<double> Experiment::visibleShare(const Importance& importance, int frame) {
+  image(makeFinestController, uniformImportance(), 0, frame);
+  const std::vector<SubvolumeRecord> records = renderer_->statistics().records;
+  const std::vector<size_t> order = ranked(records, importance);
+  const LodVolume& volume = renderer_->volume();
+  std::vector<uint8_t> important(volume.subdivision().size(), 0);
+  for (size_t rank = order.size() * 2 / 3; rank < order.size(); ++rank)
+    important[records[order[rank]].subvolume] = 1;
+  const ClassificationTable table(scene_.transferFunction, renderer_->settings().range, 1.0);
+  const Affine fromWorld = volume.lattice().worldFromIndex.inverse();
+  const RayGenerator rays(camera(frame), kSize, kSize);
+  const double farthest = 2 * length(camera(frame).target - camera(frame).eye);
+  const double step = volume.lattice().worldFromIndex.voxelSize();
+  std::vector<double> shares(size_t(kSize) * kSize, 0);
+  pool_.forEach(kSize, 1, [&](size_t begin, size_t end) {
+    for (size_t y = begin; y < end; ++y)
+      for (int x = 0; x < kSize; ++x) {
+        const Ray ray = rays.ray(x + 0.5, double(y) + 0.5);
+        double transmittance = 1, share = 0;
+        for (double t = 0; t < farthest && transmittance > 1e-3; t += step) {
+          const Vec3d p = fromWorld.point(ray.origin + ray.direction * t) - Vec3d(volume.pyramid().origin());
+          const Vec3i cell{int(std::floor(p.x)), int(std::floor(p.y)), int(std::floor(p.z))};
+          if (!VoxelBox{{0, 0, 0}, volume.pyramid().cells()}.contains(cell)) continue;
+          const double opacity = table.classify(volume.pyramid().value(0, cell))[3];
+          share += important[volume.subdivision().at(cell)] * transmittance * opacity;
+          transmittance *= 1 - opacity;
+        }
+        shares[y * kSize + size_t(x)] = transmittance < 1 ? share / (1 - transmittance) : 0;
+      }
+  });
+  return shares;
 }
 
 void Experiment::images() {
-  const auto everywhere = [](int, int) { return true; };
-  if (scene_.name != "brain") {
-    compare("image4", opacityImportance(), 60, everywhere);
-    return;
-  }
-  const Importance nearAndLarge = mixedImportance({{distanceImportance(), 0.5}, {areaImportance(), 0.5}});
-  const std::vector<uint8_t> covered = frontmost(nearAndLarge, 60);
-  compare("image5", nearAndLarge, 60,
-          [&](int x, int y) { return covered[size_t(y) * kSize + size_t(x)] != 0; });
+  if (scene_.name != "brain")
+    return compare("image4", opacityImportance(),
+                   [this](int frame) { return visibleShare(opacityImportance(), frame); });
+  compare("image5", nearAndLarge(), [this](int frame) { return visibleShare(nearAndLarge(), frame); });
   const double radius = kGazeRadius * std::sqrt(2.0) * kSize;
   const Vec3d gazes[] = {
       {0.31 * kSize, 0.35 * kSize, 0}, {0.69 * kSize, 0.39 * kSize, 0}, {0.5 * kSize, 0.7 * kSize, 0}};
   for (int i = 0; i < 3; ++i)
-    compare(text("image6%c", 'a' + i), gazeImportance(gazes[i].x, gazes[i].y, radius), 60,
-            [&](int x, int y) { return std::hypot(x + 0.5 - gazes[i].x, y + 0.5 - gazes[i].y) < radius; });
+    compare(text("image6%c", 'a' + i), gazeImportance(gazes[i].x, gazes[i].y, radius), [&](int) {
+      std::vector<double> around;
+      for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x)
+          around.push_back(std::hypot(x + 0.5 - gazes[i].x, y + 0.5 - gazes[i].y) < radius ? 1.0 : 0.0);
+      return around;
+    });
 }
 
 int run(int argc, char** argv) {
