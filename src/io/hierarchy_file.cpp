@@ -42,7 +42,12 @@ void writeHierarchy(const std::string& path, uint64_t identity, const StoredHier
 std::optional<StoredHierarchy> readHierarchy(const std::string& path, uint64_t identity) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return {};
-  const std::vector<char> bytes = InputFile(path).readAll();
+  std::vector<char> bytes;
+  try {
+    bytes = InputFile(path).readAll();
+  } catch (const InputError&) {
+    return {};
+  }
   Header header;
   uint64_t checksum;
   if (bytes.size() < sizeof header + sizeof checksum) return {};

@@ -19,8 +19,8 @@ struct StoredHierarchy {
 /// Writes atomically. `identity` stands for everything the arrays were computed from. Throws OutputError.
 void writeHierarchy(const std::string& path, uint64_t identity, const StoredHierarchy& hierarchy);
 
-/// Nothing where the file is missing, damaged, or belongs to another identity: it only saves time, and is
-/// then computed anew.
+/// Nothing where the file is missing, unreadable, damaged, or belongs to another identity: it only saves
+/// time, and is then computed anew.
 std::optional<StoredHierarchy> readHierarchy(const std::string& path, uint64_t identity);
 
 }  // namespace kairos
