@@ -75,7 +75,7 @@ void BenchArguments::addTo(CLI::App& command) {
       "that take these settings]");
   add("--budgets", "LIST", words_.budgets,
       "for methods that take one: shares of a full frame's median time (10%),\ntimes (40ms), rates (25fps), "
-      "samples:N, error:E (anytime alone) or unlimited [5%,10%,25%,50%]");
+      "samples:N, error:E (anytime alone) or unlimited\n[5%,10%,25%,50%]");
   add("--steps", "LIST", words_.steps, "sample distances in voxels, instead of one with --step")
       ->excludes(command.get_option("--step"));
   add("--threads", "LIST", words_.threads, "numbers of threads, each from 1 to 1024 [all processors]");

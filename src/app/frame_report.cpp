@@ -160,7 +160,7 @@ std::string RunSummary::budgetText(const RunDescription& run) const {
     text += formatted(
         "%s of %s exact; the RMSE is about %.2g over all of them, in no frame above %.2g (95 %% "
         "confidence for each)\n",
-        countText(exact_, "frame").c_str(), countText(estimated_, "frame").c_str(),
+        exact_ ? std::to_string(exact_).c_str() : "none", countText(estimated_, "frame").c_str(),
         std::sqrt(squaredError_ / double(estimated_)), worstError_);
   if (verified_)
     text += formatted("verified: the true RMSE is %.3g over all frames, at most %.3g in one\n",
