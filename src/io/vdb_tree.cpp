@@ -187,6 +187,9 @@ void VdbTree<V>::addTilesOf(const VdbTreeParts::InternalNode& node, std::vector<
   const char* p = at(node.masks);
   std::memcpy(children.data(), p, count / 8);
   std::memcpy(active.data(), p + count / 8, count / 8);
+  // The usual node has children and background alone, and says so.
+  const bool anyActive = std::any_of(active.begin(), active.end(), [](uint64_t word) { return word != 0; });
+  if (!anyActive && (grid_.compression & kActiveMask) && int8_t(p[count / 4]) == kBackground) return;
   nodeValues_.resize(count);
   values(p + count / 4, active.data(), count, nodeValues_.data());
   for (size_t i = 0; i < count; ++i) {
