@@ -205,11 +205,13 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
       [&](int x, int y, const float* rgba) { writePixel(x, y, rgba); });
   if (liveBlocks_ > 0) finishMsPerBlock_.add((assembled - cast) / double(liveBlocks_));
   topUp();
+  const double topped = meter_.elapsed();
   learn(statistics);
   statistics.selectMs += selected - begun_;
   statistics.castMs += cast - selected + meter_.elapsed() - assembled;
   statistics.composeMs += assembled - cast;
   report(statistics);
+  tailMs_.add(meter_.elapsed() - topped);
 }
 
 // Blending is left out where what it needs would take much of the time for rays.

@@ -198,6 +198,7 @@ class AdaptiveRefinement {
   double wideCost_ = 3;  // of packets of stride 8 and 16, to what their work lets expect
   int stepLevel_ = 0;
   RunningMedian keepMs_{0};  // of what blending needs
+  RunningMedian tailMs_{0};  // of what comes after the last ray
   uint32_t firstUnit_ = 0;   // of the next lattice
 
   // Of this frame.

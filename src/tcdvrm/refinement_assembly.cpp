@@ -8,6 +8,8 @@ namespace {
 
 constexpr int kTilesPerBlock = 4;
 constexpr size_t kFewestTiles = 4;  // of a batch, where they fit
+constexpr double kEarly =
+    0.005;  // of the budget: frames that end late do so by more than those that end early
 
 }  // namespace
 
@@ -81,7 +83,8 @@ void AdaptiveRefinement::topUp() {
   if (!meter_.timed()) return;
   std::vector<uint32_t> waiting, batch;
   do {
-    const double left = meter_.remaining(), safe = meter_.safely(left);
+    const double left = meter_.remaining() - tailMs_.value() - kEarly * meter_.total();
+    const double safe = meter_.safely(left);
     batch.clear();
     for (double cost = 0;;) {
       if (waiting.empty() && !takeWholeBlocks(waiting)) break;
