@@ -1,7 +1,7 @@
 // The experiments of Li and Shen (2002), section 5, on procedural volumes of the paper's sizes: figures 2 and
 // 3, tables 1 to 6, images 4 to 6. Writes figures, images and tables (Markdown) into a directory.
 //
-//   lod_experiments DIRECTORY wing|brain figures|tables|images [cpu]
+//   lod_experiments DIRECTORY wing|brain figures|tables|images|equal [cpu]
 //
 // cpu: by the processor time of all threads instead of the wall clock, for a machine that is not idle.
 #include <algorithm>
@@ -68,6 +68,7 @@ class Experiment {
   void figures();
   void tables();
   void images();
+  void equal();
 
  private:
   struct Run {
@@ -87,6 +88,7 @@ class Experiment {
   MakeController predictive(PredictiveOptions::Unit unit, double coherence = 0) const;
   double toleranceForTarget();
   void table(const std::string& file, const std::string& text) const;
+  std::string budgets(double target, std::vector<LodTiming>* timings = nullptr);
   void shares(const std::string& title, const std::string& file, const Importance& importance,
               const std::vector<std::string>& categories);
   std::array<double, 3> sharesOf(const Importance& importance, const Importance& ranking, double budget);
@@ -354,13 +356,23 @@ void Experiment::shares(const std::string& title, const std::string& file, const
   table(file, lines + "\n");
 }
 
-void Experiment::tables() {
-  const bool isBrain = scene_.name == "brain";
+// Targets held with subvolumes of equal size, clipped ones at the volume's end apart.
+void Experiment::equal() {
+  LodSettings s = settings(0);
+  s.subdivision.minimumEdge = 64;
+  renderer_ = std::make_unique<LodRenderer>(context_, scene_.lattice, scene_.field, s, pool_);
+  profile_ = renderer_->profile(camera(100), clock_);
+  run(makeFinestController, uniformImportance(), 0, {90, 100, 110});
+  const double full = quantile(run(makeFinestController, uniformImportance(), 0, rotation(8)).seconds, 0.5);
+  table("equal-" + scene_.name + ".md", budgets(full * 0.6) + "\n");
+}
+
+// Targets, and what came of them over a turn.
+std::string Experiment::budgets(double target, std::vector<LodTiming>* timings) {
   std::string lines =
       "| target | actual | of the target | control | control share | p95 |\n|---|---|---|---|---|---|\n";
-  std::vector<LodTiming> timings;
   for (const double relative : {1.0, 0.67, 0.5, 0.4}) {
-    const double budget = relative * target_;
+    const double budget = relative * target;
     const Run r =
         run(predictive(PredictiveOptions::Unit::fragments), uniformImportance(), budget, rotation(60));
     std::vector<double> off;
@@ -368,9 +380,17 @@ void Experiment::tables() {
     lines += text("| %.2f ms | %.2f ms | %.4f | %.3f ms | %.2f %% | %.1f %% |\n", budget * 1000,
                   mean(r.seconds) * 1000, mean(r.seconds) / budget, mean(r.control) * 1000,
                   100 * mean(r.control) / mean(r.seconds), 100 * quantile(off, 0.95));
+    if (!timings) continue;
     for (const auto& records : r.frames)
-      for (const SubvolumeRecord& record : records) timings.push_back(record.timing);
+      for (const SubvolumeRecord& record : records) timings->push_back(record.timing);
   }
+  return lines;
+}
+
+void Experiment::tables() {
+  const bool isBrain = scene_.name == "brain";
+  std::vector<LodTiming> timings;
+  const std::string lines = budgets(target_, &timings);
   table(isBrain ? "table2.md" : "table1.md", lines + "\n");
 
   const auto pipelined = fitPipelinedModel(timings);
@@ -522,8 +542,8 @@ void Experiment::images() {
 int run(int argc, char** argv) {
   const bool cpu = argc == 5 && std::string(argv[4]) == "cpu";
   const std::string part = argc == 4 || cpu ? argv[3] : "";
-  if (part != "figures" && part != "tables" && part != "images") {
-    std::fprintf(stderr, "usage: lod_experiments DIRECTORY wing|brain figures|tables|images [cpu]\n");
+  if (part != "figures" && part != "tables" && part != "images" && part != "equal") {
+    std::fprintf(stderr, "usage: lod_experiments DIRECTORY wing|brain figures|tables|images|equal [cpu]\n");
     return 2;
   }
   std::filesystem::create_directories(argv[1]);
@@ -535,6 +555,7 @@ int run(int argc, char** argv) {
   if (part == "figures") experiment.figures();
   if (part == "tables") experiment.tables();
   if (part == "images") experiment.images();
+  if (part == "equal") experiment.equal();
   return 0;
 }
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "diff/frame_renderer.h"
 
@@ -22,6 +24,7 @@ class ErrorGoal {
   void beginFrame() {
     allowed_ = share_ * total_;
     first_ = true;
+    least_ = pending_ = 0;
   }
   /// Sum of squared errors over the image that refinement is to get down to, by its model.
   double allowed() const { return allowed_; }
@@ -32,6 +35,10 @@ class ErrorGoal {
     const double excess = expected - allowed_;
     return excess > 0 ? std::max(excess / 2, kSmallestGain * allowed_) : 0;
   }
+
+  /// How many items the next batch is to take at the least, where the model expects next to nothing although
+  /// the rays found something. Once asked, 0 until the next measurement.
+  size_t takeLeast() { return std::exchange(pending_, 0); }
 
   /// Is the frame good enough, as measured? If not, less is allowed from now on than the model expects of it.
   /// Frames whose error cannot be measured are taken at the model's word.
@@ -44,10 +51,13 @@ class ErrorGoal {
     first_ = false;
     if (ratio <= 1) return true;
     allowed_ = std::min(allowed_, expected * std::clamp(kAim / (ratio * ratio), kFastest, kSlowest));
+    if (expected < kNothing * total_) least_ = pending_ = std::max(kFewestItems, 2 * least_);
     return false;
   }
 
  private:
+  static constexpr size_t kFewestItems = 16;
+  static constexpr double kNothing = 0.02;  // of the squared goal: what the model expects is beside the point
   static constexpr double kSmallestGain = 0.05;
   static constexpr double kMemory = 0.7;  // of what is allowed, in the next frame
   static constexpr double kAim = 0.8;     // of the squared goal: most frames are to meet it at once
@@ -55,6 +65,7 @@ class ErrorGoal {
   static constexpr double kSlowest = 0.9, kFastest = 0.5;
 
   double rmse_, total_, share_ = 0.5, allowed_ = 0;
+  size_t least_ = 0, pending_ = 0;
   bool first_ = true;
 };
 

@@ -251,9 +251,10 @@ void AdaptiveRefinement::refineBlocks() {
 // frame is good enough.
 bool AdaptiveRefinement::takeItems(std::vector<Item>& items) {
   const double budget = batchBudget(), wanted = goal_ ? goal_->batchGain(expectedTotal()) : INFINITY;
+  const size_t least = goal_ ? goal_->takeLeast() : 0;
   items.clear();
   packets_.clear();
-  for (double cost = 0, gain = 0; !queue_.empty() && gain < wanted;) {
+  for (double cost = 0, gain = 0; !queue_.empty() && (gain < wanted || items.size() < least);) {
     const Item item = queue_.top();
     gain += goal_ ? gainOf(item) : 0;
     const uint32_t unit = item.stride == 4 ? item.block : unitOf_[item.block];

@@ -91,10 +91,17 @@ TEST(ErrorGoal, AllowsLessOfTheModelsErrorWhereRaysSayMore) {
   EXPECT_EQ(goal.batchGain(allowed), 0);
   EXPECT_NEAR(goal.batchGain(2 * allowed), allowed / 2, 1e-12);
 
+  EXPECT_EQ(goal.takeLeast(), 0u);
   EXPECT_FALSE(goal.reached(measured(0.2), allowed));
+  EXPECT_EQ(goal.takeLeast(), 0u);
   EXPECT_NEAR(goal.allowed(), allowed / 2, 1e-12) << "no faster than that, whatever few rays say";
   EXPECT_FALSE(goal.reached(measured(0.101), allowed / 2));
   EXPECT_LT(goal.allowed(), allowed / 2);
+  EXPECT_FALSE(goal.reached(measured(0.101), 0));
+  EXPECT_EQ(goal.takeLeast(), 16u) << "something has to happen, even where the model expects nothing";
+  EXPECT_EQ(goal.takeLeast(), 0u);
+  EXPECT_FALSE(goal.reached(measured(0.101), 0));
+  EXPECT_EQ(goal.takeLeast(), 32u);
   EXPECT_TRUE(goal.reached(measured(0.1), allowed / 4));
 
   goal.beginFrame();
