@@ -64,9 +64,14 @@ std::optional<StoredHierarchy> readHierarchy(const std::string& path, uint64_t i
   hierarchy.values.resize(header.values);
   hierarchy.statistics.resize(header.statistics);
   const char* from = bytes.data() + sizeof header;
-  std::memcpy(hierarchy.values.data(), from, header.values * sizeof(float));
-  std::memcpy(hierarchy.statistics.data(), from + header.values * sizeof(float),
-              header.statistics * sizeof(double));
+  const auto take = [&from](auto& numbers) {
+    if (numbers.empty()) return;  // whose data() may be null
+    const size_t size = numbers.size() * sizeof numbers[0];
+    std::memcpy(numbers.data(), from, size);
+    from += size;
+  };
+  take(hierarchy.values);
+  take(hierarchy.statistics);
   return hierarchy;
 }
 
