@@ -57,12 +57,7 @@ class Experiment {
  public:
   Experiment(LodVolumeScene scene, std::string directory, Clock& clock)
       : scene_(std::move(scene)), directory_(std::move(directory)), clock_(clock), renderer_(makeRenderer()) {
-    profile_ = renderer_->profile(camera(100), clock_);
-    const MakeController finest = makeFinestController;
-    run(finest, uniformImportance(), 0, {90, 100, 110});
-    fullSeconds_ = quantile(run(finest, uniformImportance(), 0, rotation(8)).seconds, 0.5);
-    // The paper's machine drew about 6 frames a second in full, and was asked for 10.
-    target_ = 0.6 * fullSeconds_;
+    calibrate();
   }
 
   void figures();
@@ -79,6 +74,7 @@ class Experiment {
   };
 
   std::unique_ptr<LodRenderer> makeRenderer();
+  void calibrate();
   LodSettings settings(double deviation) const;
   Camera camera(int frame) const;
   static std::vector<int> rotation(int count);
@@ -134,6 +130,16 @@ std::unique_ptr<LodRenderer> Experiment::makeRenderer() {
   std::printf("%s: %zu subvolumes (the paper: %d) with a deviation threshold of %.3f\n", scene_.name.c_str(),
               bestCount, scene_.paperSubvolumes, best);
   return std::make_unique<LodRenderer>(context_, scene_.lattice, scene_.field, settings(best), pool_);
+}
+
+// What the renderer's work costs, what a full frame takes, and the target that follows.
+void Experiment::calibrate() {
+  profile_ = renderer_->profile(camera(100), clock_);
+  const MakeController finest = makeFinestController;
+  run(finest, uniformImportance(), 0, {90, 100, 110});
+  fullSeconds_ = quantile(run(finest, uniformImportance(), 0, rotation(8)).seconds, 0.5);
+  // The paper's machine drew about 6 frames a second in full, and was asked for 10.
+  target_ = 0.6 * fullSeconds_;
 }
 
 // 50 frames of zooming in, a whole turn in 100, 50 frames of zooming out.
@@ -361,10 +367,8 @@ void Experiment::equal() {
   LodSettings s = settings(0);
   s.subdivision.minimumEdge = 64;
   renderer_ = std::make_unique<LodRenderer>(context_, scene_.lattice, scene_.field, s, pool_);
-  profile_ = renderer_->profile(camera(100), clock_);
-  run(makeFinestController, uniformImportance(), 0, {90, 100, 110});
-  const double full = quantile(run(makeFinestController, uniformImportance(), 0, rotation(8)).seconds, 0.5);
-  table("equal-" + scene_.name + ".md", budgets(full * 0.6) + "\n");
+  calibrate();
+  table("equal-" + scene_.name + ".md", budgets(target_) + "\n");
 }
 
 // Targets, and what came of them over a turn.
@@ -431,8 +435,6 @@ Image Experiment::image(const MakeController& make, const Importance& importance
   return renderer_->image();
 }
 
-namespace {
-
 // Mean of the squared errors of a pixel's three colours, pixels weighted by `weights`; and ten times the
 // error, as a picture.
 double weightedError(const Image& image, const Image& full, const std::vector<double>& weights, Image& map) {
@@ -453,8 +455,6 @@ double weightedError(const Image& image, const Image& full, const std::vector<do
   return total > 0 ? sum / total : 0;
 }
 
-}  // namespace
-
 // With and without importance at the same budget, against the full image: RMSE over a turn, pixels weighted
 // by `important(frame)`; pictures of one frame and of where it is wrong.
 void Experiment::compare(const std::string& name, const Importance& importance,
@@ -463,27 +463,30 @@ void Experiment::compare(const std::string& name, const Importance& importance,
   const auto write = [&](const char* suffix, const Image& picture) {
     writePng(directory_ + "/" + name + suffix, picture);
   };
-  std::string lines = "| " + name;
-  for (const double relative : {1.0, 0.5}) {
-    double without = 0, with = 0;
-    for (const int frame : rotation(8)) {
-      const std::vector<double> weights = important(frame);
-      const Image full = image(makeFinestController, uniformImportance(), 0, frame);
-      const Image a = image(make, uniformImportance(), relative * target_, frame);
-      const Image b = image(make, importance, relative * target_, frame);
+  constexpr double kRelative[] = {1.0, 0.5};  // budgets, in targets
+  double without[2] = {}, with[2] = {};
+  const std::vector<int> frames = rotation(8);
+  for (const int frame : frames) {
+    const std::vector<double> weights = important(frame);
+    const Image full = image(makeFinestController, uniformImportance(), 0, frame);
+    for (int i = 0; i < 2; ++i) {
+      const Image a = image(make, uniformImportance(), kRelative[i] * target_, frame);
+      const Image b = image(make, importance, kRelative[i] * target_, frame);
       Image mapA(kSize, kSize, 4), mapB(kSize, kSize, 4);
-      without += weightedError(a, full, weights, mapA);
-      with += weightedError(b, full, weights, mapB);
-      if (relative < 1 || frame != rotation(8)[1]) continue;
+      without[i] += weightedError(a, full, weights, mapA) / double(frames.size());
+      with[i] += weightedError(b, full, weights, mapB) / double(frames.size());
+      if (i > 0 || frame != frames[1]) continue;
       write("-full.png", full);
       write("-without.png", a);
       write("-with.png", b);
       write("-without-error.png", mapA);
       write("-with-error.png", mapB);
     }
-    lines += text(" | %.4f | %.4f | %.0f %%", std::sqrt(without / 8), std::sqrt(with / 8),
-                  100 * std::sqrt(with / without));
   }
+  std::string lines = "| " + name;
+  for (int i = 0; i < 2; ++i)
+    lines += text(" | %.4f | %.4f | %.0f %%", std::sqrt(without[i]), std::sqrt(with[i]),
+                  100 * std::sqrt(with[i] / without[i]));
   table(name + ".md", lines + " |\n");
 }
 

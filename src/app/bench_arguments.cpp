@@ -42,11 +42,7 @@ SweepBudget interpretBudget(const std::string& text) {
   if (text.ends_with("%")) return {text, before("%") / 100, {}};
   if (text.ends_with("ms")) return {text, 0, Budget::time(before("ms"))};
   if (text.ends_with("fps")) return {text, 0, Budget::framesPerSecond(before("fps"))};
-  if (text.starts_with("error:")) {
-    const auto error = parsedNumber(text.substr(6));
-    if (!error || !(*error >= kSmallestErrorGoal && *error <= kLargestErrorGoal)) refuse();
-    return {text, 0, Budget::ofError(*error)};
-  }
+  if (text.starts_with("error:")) return {text, 0, budgetOption("--budgets", text)};
   if (!text.starts_with("samples:")) refuse();
   const auto samples = parsedNumber(text.substr(8));
   if (!samples || !(*samples >= 1) || *samples > 1e15) refuse();

@@ -102,8 +102,7 @@ Budget budgetOption(const std::string& option, const std::string& text) {
   static const std::string kSamples = "samples:", kError = "error:";
   if (text.starts_with(kSamples))
     return Budget::ofSamples(uint64_t(number(text.substr(kSamples.size()), 1e3, 1e15)));
-  if (text.starts_with(kError))
-    return Budget::ofError(number(text.substr(kError.size()), kSmallestErrorGoal, kLargestErrorGoal));
+  if (text.starts_with(kError)) return Budget::ofError(number(text.substr(kError.size()), 1e-5, 0.5));
   if (text.ends_with("fps"))
     return Budget::framesPerSecond(number(text.substr(0, text.size() - 3), 1e-3, 1e4));
   if (text.ends_with("ms")) return Budget::time(number(text.substr(0, text.size() - 2), 0.1, 1e6));

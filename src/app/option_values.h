@@ -36,9 +36,6 @@ Vec3d vectorOption(const std::string& option, const std::string& text, const std
 /// A number of bytes with an optional suffix KiB, MiB, GiB or TiB.
 uint64_t bytesOption(const std::string& option, const std::string& text);
 
-/// Goals of `error:`: RMSE of colours 0 to 1. Below the least one, floats have nothing to tell.
-inline constexpr double kSmallestErrorGoal = 1e-5, kLargestErrorGoal = 0.5;
-
 /// "40ms", "25fps", "samples:2000000" (also 2e6) or "error:1e-3".
 Budget budgetOption(const std::string& option, const std::string& text);
 

@@ -201,7 +201,7 @@ void AdaptiveRefinement::refine(const BlockSet& live, const BlockSet& uncertain,
     assembled = meter_.elapsed();
   } while (goal_ && !queue_.empty() && !goal_->reached(statistics.error, expectedTotal()));
   probe_.give(
-      image_, [&](int x, int y) { return uncertain_.contains(uncertain_.blockAt(x, y)); },
+      image_, [&](int x, int y) { return mayBeWrong(x, y); },
       [&](int x, int y, const float* rgba) { writePixel(x, y, rgba); });
   if (liveBlocks_ > 0) finishMsPerBlock_.add((assembled - cast) / double(liveBlocks_));
   topUp();

@@ -162,6 +162,7 @@ class AdaptiveRefinement {
   void assemble();
   void assemble(std::span<const BlockRun> runs, const DetailBlend* blend);
   void writeBlock(uint32_t block);
+  bool mayBeWrong(int x, int y) const { return uncertain_.contains(uncertain_.blockAt(x, y)); }
   void measureError(FrameStatistics& statistics);
   void topUp();
   bool takeWholeBlocks(std::vector<uint32_t>& tiles);

@@ -66,7 +66,7 @@ void AdaptiveRefinement::measureError(FrameStatistics& statistics) {
   }
   statistics.error = probe_.measure(
       image_, [&](uint32_t unit) { return units[unit]; }, total,
-      [&](int x, int y) { return uncertain_.contains(uncertain_.blockAt(x, y)); });
+      [&](int x, int y) { return mayBeWrong(x, y); });
   if (!statistics.error) return;
   measuredError_ = statistics.error->rmse * statistics.error->rmse * double(image_.data.size());
 }
