@@ -7,7 +7,7 @@ namespace kairos {
 DifferentialRenderer::DifferentialRenderer(const Lattice& lattice, const RenderSettings& settings,
                                            const RendererOptions& options)
     : FrameRenderer(lattice, settings, options),
-      exact_(scene_, options, options.method == Method::segments, image_,
+      exact_(scene_, options, {.segments = options.method == Method::segments}, image_,
              settings.depth ? &depth_ : nullptr) {}
 
 void DifferentialRenderer::renderWhole() {

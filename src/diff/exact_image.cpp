@@ -24,13 +24,15 @@ std::vector<uint32_t> orderTiles(const ViewRays& view, RendererOptions::TileOrde
 // samples: filling the cache would cost more than it could save.
 constexpr double kRecastShare = 0.8;
 
+constexpr int kMostPixelPlanes = 6;  // RenderSettings::pixelPlanes
+
 uint64_t latticeSamplesOf(const Segment& s) {
   return uint64_t(s.kEnd - s.kBegin) * kLanes;
 }
 
 }  // namespace
 
-ExactImage::ExactImage(const SceneState& scene, const RendererOptions& options, bool reuse, Image& rgba,
+ExactImage::ExactImage(const SceneState& scene, const RendererOptions& options, Keeps keeps, Image& rgba,
                        Image* depth)
     : scene_(scene),
       options_(options),
@@ -39,11 +41,11 @@ ExactImage::ExactImage(const SceneState& scene, const RendererOptions& options, 
       caster_(scene.settings(), scene.volume(), scene.pool()),
       pixelFloats_(size_t(scene.settings().pixelPlanes()) * kLanes),
       tileOrder_(orderTiles(caster_.view(), options.tileOrder)) {
-  if (reuse) caster_.buildBrickIndex(scene.volume(), scene.pool());
+  if (keeps.segments) caster_.buildBrickIndex(scene.volume(), scene.pool());
   const auto tiles = size_t(tileCount());
   stale_.assign(tiles, 1);
   reach_.assign(tiles, 0);
-  pixels_.assign(tiles * pixelFloats_, 0.0f);
+  if (keeps.pixels) pixels_.assign(tiles * pixelFloats_, 0.0f);
   noted_.assign(scene.volume().cellCount(), 0);
   if (const SegmentIndex* index = caster_.index(); index && index->hasBrickIndex()) {
     cellSamples_.assign(noted_.size(), 0);
@@ -166,18 +168,18 @@ bool ExactImage::chooseCache(uint32_t tile, std::span<const Segment> segments, u
   return cache_->reserve(int(tile), visibleSegments);
 }
 
-void ExactImage::castTile(uint32_t tile, bool throughCache, PreparedTile& prepared, TileCounters& counters) {
+void ExactImage::castTile(uint32_t tile, bool throughCache, PreparedTile& prepared, float* pixels,
+                          TileCounters& counters) {
   const SegmentIndex* index = caster_.index();
   if (!caster_.prepare(scene_.kernelScene(), int(tile), prepared)) {
-    std::fill_n(pixels(tile), pixelFloats_, 0.0f);
+    std::fill_n(pixels, pixelFloats_, 0.0f);
     counters.segmentsSkipped += prepared.segments.size();
     reach_[tile] = uint32_t(prepared.segments.size());
     if (cache_) SegmentCache::forgetMarks(cache_->flags(index->begin(int(tile))), prepared.segments.size());
     return;
   }
   TileTask task{
-      &prepared.rays, prepared.segments.data(), uint32_t(prepared.segments.size()), nullptr, nullptr,
-      pixels(tile)};
+      &prepared.rays, prepared.segments.data(), uint32_t(prepared.segments.size()), nullptr, nullptr, pixels};
   if (cache_) {
     const size_t first = index->begin(int(tile));
     if (throughCache && chooseCache(tile, prepared.segments, cache_->flags(first))) {
@@ -211,16 +213,21 @@ void ExactImage::cast(std::span<const uint32_t> tiles, bool throughCache, FrameS
   scene_.pool().forEach(tiles.size(), size_t(options_.tilesPerTask), [&](size_t begin, size_t end) {
     TileCounters counters;
     PreparedTile prepared;
+    alignas(64) float scratch[kMostPixelPlanes * kLanes];
+    uint64_t changed = 0;
     for (size_t i = begin; i < end; ++i) {
-      castTile(tiles[i], throughCache, prepared, counters);
-      stale_[tiles[i]] = 0;
+      const uint32_t tile = tiles[i];
+      float* pixels = pixels_.empty() ? scratch : keptPixels(tile);
+      castTile(tile, throughCache, prepared, pixels, counters);
+      // At once, while they are at hand.
+      changed += write(tile, prepared.rays, pixels);
+      stale_[tile] = 0;
     }
     std::lock_guard lock(totalMutex);
     total += counters;
+    statistics.pixelsChanged += changed;
   });
   statistics.castMs += clock.lap();
-  statistics.pixelsChanged += show(tiles);
-  statistics.composeMs += clock.lap();
   for (const uint32_t tile : tiles) statistics.pixelsRecast += uint64_t(caster_.view().raysOf(int(tile)));
   statistics.raysCast = statistics.pixelsRecast;
   statistics.segmentsTotal =
@@ -232,22 +239,21 @@ void ExactImage::cast(std::span<const uint32_t> tiles, bool throughCache, FrameS
   statistics.tilesUncached += tilesUncached_;
 }
 
-uint64_t ExactImage::show(std::span<const uint32_t> tiles) {
-  const ViewRays& view = caster_.view();
-  std::atomic<uint64_t> changed{0};
+uint64_t ExactImage::write(uint32_t tile, const TileRays& rays, const float* pixels) {
+  const int tilesX = caster_.view().tilesX();
+  return uint64_t(writeTile(settings(), scene_.table(), rays, scene_.volume().background(),
+                            int(tile) % tilesX, int(tile) / tilesX, pixels, rgba_, depth_));
+}
+
+void ExactImage::show(std::span<const uint32_t> tiles) {
   scene_.pool().forEach(tiles.size(), 256, [&](size_t begin, size_t end) {
     TileRays rays;
-    uint64_t changedHere = 0;
     for (size_t i = begin; i < end; ++i) {
-      const int tile = int(tiles[i]);
-      if (settings().mode != RenderMode::dvr) rays = view.rays(tile);  // how many samples each ray has
-      changedHere +=
-          uint64_t(writeTile(settings(), scene_.table(), rays, scene_.volume().background(),
-                             tile % view.tilesX(), tile / view.tilesX(), pixels(tiles[i]), rgba_, depth_));
+      // How many samples each ray has.
+      if (settings().mode != RenderMode::dvr) rays = caster_.view().rays(int(tiles[i]));
+      write(tiles[i], rays, keptPixels(tiles[i]));
     }
-    changed.fetch_add(changedHere, std::memory_order_relaxed);
   });
-  return changed;
 }
 
 uint64_t ExactImage::memoryBytes() const {

@@ -23,9 +23,13 @@ namespace kairos {
 /// tiles.
 class ExactImage {
  public:
-  /// Tiles are written to `rgba` and, unless null, `depth`; all three must outlive the object. Without
-  /// `reuse` every change makes every tile stale and nothing is cached.
-  ExactImage(const SceneState& scene, const RendererOptions& options, bool reuse, Image& rgba, Image* depth);
+  /// What is kept from frame to frame besides the image.
+  struct Keeps {
+    bool segments = true;  // without them every change makes every tile stale, and nothing is reused
+    bool pixels = false;   // of tiles, for `show`
+  };
+  /// Tiles are written to `rgba` and, unless null, `depth`; all three must outlive the object.
+  ExactImage(const SceneState& scene, const RendererOptions& options, Keeps keeps, Image& rgba, Image* depth);
 
   /// After SceneState::start: every tile is stale.
   void restart();
@@ -46,7 +50,7 @@ class ExactImage {
   /// frame's did and no window to be skipped: an upper estimate to be scaled by experience. After `mark`.
   uint64_t latticeSamples(uint32_t tile) const;
   /// Lattice samples of all bricks that changes touched while visible, and of all visible ones: what can be
-  /// known before `mark`. Both count what lies behind opaque matter. 0 without `reuse`.
+  /// known before `mark`. Both count what lies behind opaque matter. 0 without segments.
   struct Reach {
     uint64_t touched = 0, visible = 0;
   };
@@ -60,8 +64,8 @@ class ExactImage {
   /// The same for all tiles and without the cache, whatever was marked or noted; nothing of it is reused
   /// afterwards.
   void castAll(FrameStatistics& statistics);
-  /// Writes tiles that were cast earlier to the images once more. Returns how many pixels that changed.
-  uint64_t show(std::span<const uint32_t> tiles);
+  /// Writes tiles that were cast earlier to the images once more. Only where pixels are kept.
+  void show(std::span<const uint32_t> tiles);
 
   const TileCaster& caster() const { return caster_; }
   int tileCount() const { return caster_.view().tileCount(); }
@@ -72,9 +76,11 @@ class ExactImage {
   const RenderSettings& settings() const { return scene_.settings(); }
   static constexpr uint8_t kTouched = 2;
 
-  float* pixels(uint32_t tile) { return pixels_.data() + size_t(tile) * pixelFloats_; }
+  float* keptPixels(uint32_t tile) { return pixels_.data() + size_t(tile) * pixelFloats_; }
   void forgetNotes();
-  void castTile(uint32_t tile, bool throughCache, PreparedTile& prepared, TileCounters& counters);
+  void castTile(uint32_t tile, bool throughCache, PreparedTile& prepared, float* pixels,
+                TileCounters& counters);
+  uint64_t write(uint32_t tile, const TileRays& rays, const float* pixels);
   void cast(std::span<const uint32_t> tiles, bool throughCache, FrameStatistics& statistics);
   bool chooseCache(uint32_t tile, std::span<const Segment> segments, uint8_t* flags);
 
@@ -88,7 +94,7 @@ class ExactImage {
   std::vector<uint32_t> tileOrder_, staleTiles_;
   std::vector<uint8_t> stale_;
   std::vector<uint32_t> reach_;  // how many of a tile's segments its last cast looked at
-  std::vector<float> pixels_;    // tile by tile, pixelPlanes x 16
+  std::vector<float> pixels_;    // tile by tile, pixelPlanes x 16; empty: not kept
   std::vector<uint64_t> noted_;  // per cell: sub-blocks that changed while it was visible
   std::vector<uint32_t> notedCells_;
   std::vector<uint64_t> cellSamples_;  // per cell: lattice samples of its segments

@@ -8,22 +8,45 @@
 namespace kairos {
 namespace {
 
+using Four [[gnu::vector_size(16)]] = float;
+using FourBits [[gnu::vector_size(16)]] = uint32_t;
+
+Four load(const float* from) {
+  Four v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+
+// The colours of four pixels from four channels.
+void transpose(const Four (&channels)[4], Four (&colours)[4]) {
+  const Four rg01 = __builtin_shufflevector(channels[0], channels[1], 0, 4, 1, 5);
+  const Four rg23 = __builtin_shufflevector(channels[0], channels[1], 2, 6, 3, 7);
+  const Four ba01 = __builtin_shufflevector(channels[2], channels[3], 0, 4, 1, 5);
+  const Four ba23 = __builtin_shufflevector(channels[2], channels[3], 2, 6, 3, 7);
+  colours[0] = __builtin_shufflevector(rg01, ba01, 0, 1, 4, 5);
+  colours[1] = __builtin_shufflevector(rg01, ba01, 2, 3, 6, 7);
+  colours[2] = __builtin_shufflevector(rg23, ba23, 0, 1, 4, 5);
+  colours[3] = __builtin_shufflevector(rg23, ba23, 2, 3, 6, 7);
+}
+
 // The usual tile: dvr without depth, entirely on the image.
 int writeWholeTile(int tileX, int tileY, const float* pixels, Image& rgba) {
-  uint64_t changed = 0;
-  for (int row = 0; row < kTileEdge; ++row) {
-    float colours[kTileEdge][4];
-    for (int x = 0; x < kTileEdge; ++x)
-      for (int c = 0; c < 4; ++c) colours[x][c] = pixels[c * kLanes + row * kTileEdge + x];
+  int changed = 0;
+  for (int row = 0; row < kTileEdge; ++row, pixels += kTileEdge) {
+    const Four channels[4] = {load(pixels), load(pixels + kLanes), load(pixels + 2 * kLanes),
+                              load(pixels + 3 * kLanes)};
+    Four colours[4];
+    transpose(channels, colours);
     float* out = rgba.pixel(tileX * kTileEdge, tileY * kTileEdge + row);
-    uint64_t before[2 * kTileEdge], after[2 * kTileEdge];
-    std::memcpy(before, out, sizeof before);
-    std::memcpy(after, colours, sizeof after);
-    for (int x = 0; x < kTileEdge; ++x)
-      changed += ((before[2 * x] ^ after[2 * x]) | (before[2 * x + 1] ^ after[2 * x + 1])) != 0;
-    std::memcpy(out, colours, sizeof colours);
+    for (int x = 0; x < kTileEdge; ++x, out += 4) {
+      const FourBits differ = FourBits(load(out)) ^ FourBits(colours[x]);
+      uint64_t halves[2];
+      std::memcpy(halves, &differ, sizeof halves);
+      changed += (halves[0] | halves[1]) != 0;
+      std::memcpy(out, &colours[x], sizeof colours[x]);
+    }
   }
-  return int(changed);
+  return changed;
 }
 
 // The colour of one lane's pixel.

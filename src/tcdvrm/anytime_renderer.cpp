@@ -36,7 +36,7 @@ AnytimeRenderer::AnytimeRenderer(const Lattice& lattice, const RenderSettings& s
     : FrameRenderer(lattice, interpolatable(settings), options),
       untilGood_(options.budget.error > 0),
       meter_(options.budget, options.clock),
-      exact_(scene_, options, true, image_, nullptr),
+      exact_(scene_, options, {.pixels = true}, image_, nullptr),
       refinement_(scene_, exact_.caster(), image_, meter_, options),
       visibility_(withSegmentLists(exact_.caster()), scene_),
       shown_(settings.width, settings.height) {}

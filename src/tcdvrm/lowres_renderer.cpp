@@ -53,7 +53,7 @@ LowresRenderer::LowresRenderer(const Lattice& lattice, const RenderSettings& set
     : FrameRenderer(lattice, interpolatable(settings), options),
       fixedLevel_(stepLevel),
       meter_(options.budget, options.clock),
-      exact_(scene_, options, false, image_, nullptr),
+      exact_(scene_, options, {.segments = false}, image_, nullptr),
       levels_(scene_),
       probe_(scene_, levels_, options.seed),
       shown_(settings.width, settings.height) {

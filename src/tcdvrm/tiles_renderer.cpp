@@ -24,7 +24,7 @@ TilesRenderer::TilesRenderer(const Lattice& lattice, const RenderSettings& setti
                              const RendererOptions& options)
     : FrameRenderer(lattice, interpolatable(settings), options),
       meter_(options.budget, options.clock),
-      exact_(scene_, options, true, image_, nullptr),
+      exact_(scene_, options, {}, image_, nullptr),
       levels_(scene_),
       probe_(scene_, levels_, options.seed) {
   withSegmentLists(exact_.caster());
