@@ -25,7 +25,7 @@
 namespace kairos::bench {
 namespace {
 
-constexpr int kSize = 256;  // a full frame takes about as long as on the paper's machine
+constexpr int kSize = 384;  // a full frame takes about as long as on the paper's machine
 constexpr int kFrames = 200;
 
 using MakeController = std::function<std::unique_ptr<LodController>()>;
@@ -111,6 +111,7 @@ LodSettings Experiment::settings(double deviation) const {
   s.subdivision.memoryLimit = uint64_t(4) << 20;  // the paper's texture memory
   s.subdivision.deviationThreshold = deviation;
   s.subdivision.minimumEdge = 32;
+  s.subdivision.minimumResolution = 8;
   return s;
 }
 

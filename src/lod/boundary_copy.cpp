@@ -1,36 +1,40 @@
 #include "lod/boundary_copy.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace kairos {
 namespace {
 
+// Values on the faces of subvolume i, as its neighbours have them.
 class BoundaryValues {
  public:
-  BoundaryValues(const ScalarPyramid& pyramid, const Subdivision& subdivision, const SubvolumeLevels& levels)
-      : pyramid_(pyramid), subdivision_(subdivision), levels_(levels) {}
+  BoundaryValues(const ScalarPyramid& pyramid, const Subdivision& subdivision, const SubvolumeLevels& levels,
+                 const LevelTransition& transition, uint32_t i)
+      : subdivision_(subdivision),
+        levels_(levels),
+        transition_(transition),
+        last_(pyramid.cells() - Vec3i{1, 1, 1}),
+        box_(subdivision.subvolumes()[i].cells),
+        known_(size_t(pyramid.levels())) {}
 
-  // The coarsest level among the subvolumes that a vertex of level 0 belongs to.
-  int coarsestAt(const Vec3i& v) const {
-    const Vec3i last = pyramid_.cells() - Vec3i{1, 1, 1};
-    int coarsest = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3i cell{v.x - (corner & 1), v.y - (corner >> 1 & 1), v.z - (corner >> 2)};
-      const Vec3i inside = componentMax({0, 0, 0}, componentMin(cell, last));
-      coarsest = std::max(coarsest, int(levels_[subdivision_.at(inside)]));
-    }
+  // The coarsest of the subvolumes that a vertex of level 0 belongs to.
+  uint32_t coarsestAt(const Vec3i& v) const {
+    // Between blocks there are two cells to look at along an axis, within one block both are the same's.
+    const int edge = subdivision_.smallestEdge();
+    const Vec3i steps{v.x & (edge - 1) ? 0 : 1, v.y & (edge - 1) ? 0 : 1, v.z & (edge - 1) ? 0 : 1};
+    uint32_t coarsest = subdivision_.at(inside(v));
+    for (int z = 0; z <= steps.z; ++z)
+      for (int y = 0; y <= steps.y; ++y)
+        for (int x = 0; x <= steps.x; ++x) {
+          const uint32_t j = subdivision_.at(inside({v.x - x, v.y - y, v.z - z}));
+          if (levels_[j] > levels_[coarsest]) coarsest = j;
+        }
     return coarsest;
   }
 
-  // The value at vertex `v` (counted in level 0) of a subvolume of this level.
-  double value(const Vec3i& v, int level) const {
-    const int coarsest = coarsestAt(v);
-    if (coarsest <= level) return pyramid_.value(level, {v.x >> level, v.y >> level, v.z >> level});
-    return interpolated(v, coarsest);
-  }
-
- private:
-  double interpolated(const Vec3i& v, int level) const {
+  // The value at vertex `v` (counted in level 0), interpolated as in a subvolume of this level.
+  float interpolated(const Vec3i& v, int level) {
     const int spacing = 1 << level;
     double weights[3][2];
     Vec3i low;
@@ -43,14 +47,40 @@ class BoundaryValues {
     for (int corner = 0; corner < 8; ++corner) {
       const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
       const double weight = weights[0][x] * weights[1][y] * weights[2][z];
-      if (weight > 0) sum += weight * value(low + Vec3i{x * spacing, y * spacing, z * spacing}, level);
+      if (weight > 0)
+        sum += weight * double(value(low + Vec3i{x * spacing, y * spacing, z * spacing}, level));
     }
-    return sum;
+    return float(sum);
   }
 
-  const ScalarPyramid& pyramid_;
+ private:
+  Vec3i inside(const Vec3i& cell) const { return componentMax({0, 0, 0}, componentMin(cell, last_)); }
+
+  // The value at a vertex of a subvolume of this level. Neighbouring vertices of i ask for the same ones.
+  float value(const Vec3i& v, int level) {
+    std::vector<float>& known = known_[size_t(level)];
+    const Vec3i first{box_.lo.x >> level, box_.lo.y >> level, box_.lo.z >> level};
+    const Vec3i last{(box_.hi.x >> level) + 1, (box_.hi.y >> level) + 1, (box_.hi.z >> level) + 1};
+    const Vec3i n = last - first + Vec3i{1, 1, 1};
+    if (known.empty()) known.assign(size_t(n.x) * size_t(n.y) * size_t(n.z), kUnknown);
+    const Vec3i at = Vec3i{v.x >> level, v.y >> level, v.z >> level} - first;
+    float& kept = known[(size_t(at.z) * size_t(n.y) + size_t(at.y)) * size_t(n.x) + size_t(at.x)];
+    if (kept == kUnknown) {
+      const uint32_t coarsest = coarsestAt(v);
+      kept = levels_[coarsest] > level ? interpolated(v, levels_[coarsest])
+                                       : float(transition_.value(v, coarsest));
+    }
+    return kept;
+  }
+
+  static constexpr float kUnknown = -std::numeric_limits<float>::infinity();
+
   const Subdivision& subdivision_;
   const SubvolumeLevels& levels_;
+  const LevelTransition& transition_;
+  Vec3i last_;
+  VoxelBox box_;
+  std::vector<std::vector<float>> known_;  // per level, around the subvolume
 };
 
 void crop(const ScalarPyramid& pyramid, int level, const VoxelBox& box, std::vector<float>& texels) {
@@ -97,14 +127,17 @@ void copyTexels(const ScalarPyramid& pyramid, const Subdivision& subdivision, co
   const Vec3i first = s.firstVertex(level), size = s.vertices(level), last = size - Vec3i{1, 1, 1};
   crop(pyramid, level, {first, first + size}, texels);
   if (!hasCoarserNeighbour(subdivision, levels, i)) return;
-  const BoundaryValues boundary(pyramid, subdivision, levels);
+  LevelTransition transition(pyramid, subdivision, levels);
+  transition.apply(i, texels);
+  BoundaryValues boundary(pyramid, subdivision, levels, transition, i);
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y) {
       const bool face = z == 0 || z == last.z || y == 0 || y == last.y;
       for (int x = 0; x < size.x; x += face ? 1 : last.x) {
         const Vec3i v{(first.x + x) << level, (first.y + y) << level, (first.z + z) << level};
-        if (boundary.coarsestAt(v) > level)
-          texels[size_t((z * size.y + y) * size.x + x)] = float(boundary.value(v, level));
+        const int coarsest = levels[boundary.coarsestAt(v)];
+        if (coarsest > level)
+          texels[size_t((z * size.y + y) * size.x + x)] = boundary.interpolated(v, coarsest);
       }
     }
 }

@@ -2,20 +2,16 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
-#include "lod/scalar_pyramid.h"
-#include "lod/subdivision.h"
+#include "lod/level_transition.h"
 
 namespace kairos {
 
-/// The level each subvolume is rendered at; 0 where it is not rendered.
-using SubvolumeLevels = std::vector<uint8_t>;
-
-/// Writes subvolume i's vertices at levels[i], x fastest. Where a vertex on its faces also belongs to a
-/// coarser subvolume, the value is the coarsest one's, interpolated (Weiler et al. 2000; Li and Shen 2002,
-/// 3.1): interpolation then agrees on both sides of every face, edge and corner.
+/// Writes subvolume i's vertices at levels[i], x fastest, with transitions to coarser neighbours. Where a
+/// vertex on its faces also belongs to a coarser subvolume, the value is the coarsest one's, interpolated
+/// (Weiler et al. 2000; Li and Shen 2002, 3.1): interpolation then agrees on both sides of every face, edge
+/// and corner.
 void copyTexels(const ScalarPyramid& pyramid, const Subdivision& subdivision, const SubvolumeLevels& levels,
                 uint32_t i, std::vector<float>& texels);
 

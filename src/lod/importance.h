@@ -32,7 +32,7 @@ Importance distanceImportance();
 /// The projected area of the bounding box.
 Importance areaImportance();
 /// A good radius for gazeImportance, as a fraction of the image's diagonal.
-inline constexpr double kGazeRadius = 0.08;
+inline constexpr double kGazeRadius = 0.06;
 
 /// Falls with the distance g from the gaze at image position (x, y), in pixels, to the centre of the
 /// projected area: 1 / (1 + (g / radius)^2).

@@ -71,17 +71,37 @@ class FeedbackController : public ToleranceController {
   double budget_ = 0, lastError_ = 0;
 };
 
+// Seconds per unit of work: the mean over the frame, and before there is any, that of an earlier one.
+class MeanRate {
+ public:
+  explicit MeanRate(double prior) : prior_(prior) {}
+  void beginFrame() {
+    prior_ = rate();
+    seconds_ = units_ = 0;
+  }
+  void add(double seconds, double units) {
+    seconds_ += seconds;
+    units_ += units;
+  }
+  double rate() const { return seconds_ > 0 && units_ > 0 ? seconds_ / units_ : prior_; }
+
+ private:
+  double prior_, seconds_ = 0, units_ = 0;
+};
+
 class PredictiveController : public LodController {
  public:
   explicit PredictiveController(const PredictiveOptions& options)
-      : options_(options), prior_(options.secondsPerUnit) {}
+      : options_(options), processing_{options.secondsPerUnit}, loading_{options.secondsPerVoxel} {}
 
   void beginFrame(const LodFramePlan& plan) override {
     budget_ = plan.budget;
     importanceLeft_ = importanceTotal_ =
         std::accumulate(plan.importances.begin(), plan.importances.end(), 0.0);
     subvolumesLeft_ = subvolumes_ = plan.subvolumes.size();
-    seconds_ = units_ = coarsestUnits_ = 0;
+    processing_.beginFrame();
+    loading_.beginFrame();
+    coarsestUnits_ = 0;
   }
 
   int choose(const LodTask& task, double elapsed) override {
@@ -96,13 +116,13 @@ class PredictiveController : public LodController {
   }
 
   void rendered(const LodTask& task, int lod, const LodTiming& timing) override {
-    seconds_ += timing.processingSeconds();
-    units_ += units(task.work[size_t(lod)]);
+    const LodWork& work = task.work[size_t(lod)];
+    processing_.add(timing.processingSeconds(), units(work));
+    if (!work.resident) loading_.add(timing.loadSeconds, work.voxels);
   }
 
   void endFrame(double) override {
-    infeasible_ = budget_ > 0 && coarsestUnits_ * secondsPerUnit() > budget_;
-    prior_ = secondsPerUnit();
+    infeasible_ = budget_ > 0 && coarsestUnits_ * processing_.rate() > budget_;
   }
 
   bool infeasible() const override { return infeasible_; }
@@ -117,7 +137,6 @@ class PredictiveController : public LodController {
   double units(const LodWork& work) const {
     return options_.unit == PredictiveOptions::Unit::slices ? work.slices : work.fragments;
   }
-  double secondsPerUnit() const { return seconds_ > 0 && units_ > 0 ? seconds_ / units_ : prior_; }
 
   double fractionOfRest(const LodTask& task) const {
     if (importanceLeft_ > 0) return std::min(1.0, task.importance / importanceLeft_);
@@ -129,13 +148,12 @@ class PredictiveController : public LodController {
   }
 
   int closestTo(double share, const LodTask& task) const {
-    const double perUnit = secondsPerUnit();
+    const double perUnit = processing_.rate();
     if (!(perUnit > 0)) return int(task.work.size()) - 1;  // nothing is known yet: the quickest
     int best = 0;
     double bestDifference = 0;
     for (size_t i = 0; i < task.work.size(); ++i) {
-      const double predicted =
-          loadSeconds(options_.secondsPerVoxel, task.work[i]) + perUnit * units(task.work[i]);
+      const double predicted = loadSeconds(loading_.rate(), task.work[i]) + perUnit * units(task.work[i]);
       const double difference = std::abs(predicted - share);
       // At equal distance the coarser one, which is nearer to being loaded in time.
       if (i > 0 && difference > bestDifference) continue;
@@ -156,10 +174,10 @@ class PredictiveController : public LodController {
   }
 
   PredictiveOptions options_;
-  double prior_;
+  MeanRate processing_, loading_;
   double budget_ = 0, importanceLeft_ = 0, importanceTotal_ = 0;
   size_t subvolumesLeft_ = 0, subvolumes_ = 0;
-  double seconds_ = 0, units_ = 0, coarsestUnits_ = 0, share_ = 0;
+  double coarsestUnits_ = 0, share_ = 0;
   bool infeasible_ = false;
   std::unordered_map<uint32_t, Choice> history_;
 };

@@ -62,13 +62,14 @@ struct PredictiveOptions {
   /// A subvolume keeps its level while its share of the importance has changed by less than this fraction
   /// since it was chosen, unless the level has become wrong by more than one step. 0: never.
   double coherence = 0;
-  double secondsPerVoxel = 0;  // to load; from profiling
-  double secondsPerUnit = 0;   // a first guess for the first subvolume of the first frame
+  // First guesses, from profiling, for the first subvolumes of the first frame.
+  double secondsPerVoxel = 0;  // to load
+  double secondsPerUnit = 0;
 };
 
 /// Li and Shen 2002, 4: before each subvolume the time left is divided among those to come by importance, and
-/// the level is taken whose predicted time is closest to its share. Processing time per unit is the mean over
-/// the subvolumes of this frame; the first one goes by the last frame's.
+/// the level is taken whose predicted time is closest to its share. Loading time per voxel and processing
+/// time per unit are means over the subvolumes of this frame; the first one goes by the last frame's.
 std::unique_ptr<LodController> makePredictiveController(const PredictiveOptions& options);
 
 }  // namespace kairos

@@ -92,6 +92,7 @@ class LodRenderer {
   const LodTask& taskOf(const Visible& visible, double importance);
   void renderSubvolume(const SliceView& view, const Visible& visible, double importance, double began,
                        LodController& controller, Clock& clock);
+  double loadTextures(int coarser, Clock& clock);
   void finishImage();
   void countOpenBoundaries();
   void measureOpacities(const std::vector<uint32_t>& subvolumes);

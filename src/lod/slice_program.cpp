@@ -15,6 +15,7 @@ namespace {
 std::string fragmentSource(const LodSettings& settings, bool parallel) {
   std::string source = "#version 330 core\n";
   if (settings.mode == LodMode::mip) source += "#define MIP\n";
+  if (parallel) source += "#define PARALLEL\n";
   if (!parallel && settings.shape == SliceShape::shells) source += "#define SHELLS\n";
   if (!parallel && settings.shape == SliceShape::planes) source += "#define CORRECT\n";
   return source + kSliceFragmentShader;
@@ -40,6 +41,7 @@ SliceProgram::SliceProgram(const LodSettings& settings, const Lattice& lattice, 
       image_(location("image")),
       boxLo_(location("boxLo")),
       boxHi_(location("boxHi")),
+      spacing_(location("spacing")),
       texelOrigin_(location("texelOrigin")),
       texelScale_(location("texelScale")),
       texelBias_(location("texelBias")),
@@ -115,6 +117,7 @@ void SliceProgram::draw(const SliceView& view, const Subvolume& subvolume, const
   }
   setVector(boxLo_, lo);
   setVector(boxHi_, hi);
+  glUniform1f(spacing_, lod > 0 ? float(settings_.worldStep(lattice_) * settings_.spacing(lod)) : 0.0f);
   setVector(texelOrigin_, Vec3d(subvolume.cells.lo) - view.anchor());
   setVector(texelScale_, scale);
   setVector(texelBias_, bias);

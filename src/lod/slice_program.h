@@ -33,7 +33,8 @@ class SliceProgram {
   Lattice lattice_;
   float valueScale_;
   GlObject program_, vertices_, array_;
-  int right_, down_, forward_, image_, boxLo_, boxHi_, texelOrigin_, texelScale_, texelBias_, classification_;
+  int right_, down_, forward_, image_, boxLo_, boxHi_, spacing_, texelOrigin_, texelScale_, texelBias_,
+      classification_;
   std::vector<Table> tables_;  // per level of detail; built at first use
 };
 

@@ -49,6 +49,8 @@ class Subdivision {
 
   const std::vector<Subvolume>& subvolumes() const { return subvolumes_; }
   size_t size() const { return subvolumes_.size(); }
+  /// No subvolume's edge is shorter, before it is clipped to the volume.
+  int smallestEdge() const { return blockEdge_; }
   /// The subvolume that owns a cell.
   uint32_t at(const Vec3i& cell) const;
   /// The subvolumes that share a face, an edge or a corner with subvolume i, ascending.

@@ -43,14 +43,11 @@ void SubvolumeTextures::noteEvictions() {
     if (!pool_.resident(key)) contents_[key] = {};
 }
 
-void SubvolumeTextures::clear() {
-  pool_.clear();
-  noteEvictions();
-}
-
 void SubvolumeTextures::load(uint64_t key, const SubvolumeLevels& levels, uint32_t i, const VoxelBox& box) {
   copyTexels(volume_.pyramid(), volume_.subdivision(), levels, i, texels_);
   const Vec3i size = volume_.subdivision().subvolumes()[i].vertices(levels[i]);
+  if (pool_.format() == TexelFormat::r32f && box.size() == size)
+    return pool_.upload(key, box, texels_.data());
   floats_.clear();
   for (int z = box.lo.z; z < box.hi.z; ++z)
     for (int y = box.lo.y; y < box.hi.y; ++y) {

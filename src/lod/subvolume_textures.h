@@ -29,7 +29,6 @@ class SubvolumeTextures {
   uint64_t bytes() const { return pool_.bytes(); }
   /// The value that a texel of 1 stands for.
   float valueScale() const { return valueScale_; }
-  void clear();
 
   static TexelFormat formatFor(ElementType type) {
     return type == ElementType::f32 ? TexelFormat::r32f : TexelFormat::r16;

@@ -128,26 +128,98 @@ TEST(BoundaryCopy, SubvolumesOfEqualLevelNeedNone_L4) {
   }
 }
 
-TEST(BoundaryCopy, OnlyValuesOnTheFacesChange_L4) {
+// What the pyramid's level holds at a vertex of level 0.
+double pyramidValue(const ScalarPyramid& pyramid, const Vec3i& v, int level) {
+  double sum = 0;
+  for (int c = 0; c < 8; ++c) {
+    const Vec3i corner{c & 1, c >> 1 & 1, c >> 2};
+    Vec3i at;
+    double weight = 1;
+    for (int a = 0; a < 3; ++a) {
+      const double x = double(v[a]) / (1 << level);
+      at[a] = int(x) + corner[a];
+      weight *= corner[a] ? x - int(x) : 1 - x + int(x);
+    }
+    if (weight > 0) sum += weight * double(pyramid.value(level, at));
+  }
+  return sum;
+}
+
+// Chebyshev's distance.
+int distance(const Vec3i& v, const VoxelBox& box) {
+  int d = 0;
+  for (int a = 0; a < 3; ++a) d = std::max({d, box.lo[a] - v[a], v[a] - box.hi[a]});
+  return d;
+}
+
+// The definition, with all subvolumes of the volume asked, not only those that touch.
+double expectedInside(const Volume& volume, const SubvolumeLevels& levels, uint32_t i, const Vec3i& v) {
+  double mixed = levels[i];
+  for (uint32_t j = 0; j < volume.division.size(); ++j) {
+    const double slope = std::max(1 / 4.0, double(levels[j]) / Volume::options().minimumEdge);
+    mixed = std::max(mixed, levels[j] - slope * distance(v, volume.division.subvolumes()[j].cells));
+  }
+  const auto finer = int(mixed);
+  const double fine = pyramidValue(volume.pyramid, v, finer), ratio = mixed - finer;
+  return ratio > 0 ? (1 - ratio) * fine + ratio * pyramidValue(volume.pyramid, v, finer + 1) : fine;
+}
+
+TEST(BoundaryCopy, InsideValuesCoarsenWithTheDistanceFromCoarserSubvolumes_L4) {
   const Volume volume(unevenNoise());
   std::mt19937 random(3);
   const SubvolumeLevels levels = randomLevels(volume.division, random);
   std::vector<float> plain, adapted;
-  int changed = 0;
+  int changed = 0, kept = 0;
   for (uint32_t i = 0; i < volume.division.size(); ++i) {
     copyTexels(volume.pyramid, volume.division, SubvolumeLevels(volume.division.size(), levels[i]), i, plain);
     copyTexels(volume.pyramid, volume.division, levels, i, adapted);
-    const Vec3i n = volume.division.subvolumes()[i].vertices(levels[i]);
-    for (int z = 0, at = 0; z < n.z; ++z)
-      for (int y = 0; y < n.y; ++y)
-        for (int x = 0; x < n.x; ++x, ++at) {
-          const bool face = x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
-          if (plain[size_t(at)] == adapted[size_t(at)]) continue;
-          ++changed;
-          ASSERT_TRUE(face);
+    const Subvolume& s = volume.division.subvolumes()[i];
+    const Vec3i n = s.vertices(levels[i]), first = s.firstVertex(levels[i]);
+    for (int z = 1; z < n.z - 1; ++z)
+      for (int y = 1; y < n.y - 1; ++y)
+        for (int x = 1; x < n.x - 1; ++x) {
+          const auto at = size_t((z * n.y + y) * n.x + x);
+          const Vec3i v = (first + Vec3i{x, y, z}) * (1 << levels[i]);
+          ASSERT_NEAR(adapted[at], expectedInside(volume, levels, i, v), 1e-6) << i << ' ' << x << ' ' << y;
+          ++(adapted[at] == plain[at] ? kept : changed);
         }
   }
   EXPECT_GT(changed, 1000);
+  EXPECT_GT(kept, 1000);
+}
+
+// Beside a subvolume two levels coarser no layer of vertices stands out: detail returns little by little,
+// where without transitions it is all there one voxel from the face.
+TEST(BoundaryCopy, DetailReturnsGradually_L4) {
+  const Lattice lattice = test::denseLattice(ElementType::f32, {64, 33, 33});
+  const Volume volume(
+      {"noise", lattice, test::sampledField(lattice, [](const Vec3i& v) { return test::whiteNoise(v, 5); })});
+  const auto& subvolumes = volume.division.subvolumes();
+  SubvolumeLevels levels;
+  for (const Subvolume& s : subvolumes) levels.push_back(s.cells.lo.x < 32 ? 2 : 0);
+  std::vector<double> squares(33), before(33);
+  for (uint32_t i = 0; i < subvolumes.size(); ++i) {
+    const Subvolume& s = subvolumes[i];
+    if (levels[i]) continue;
+    std::vector<float> texels;
+    copyTexels(volume.pyramid, volume.division, levels, i, texels);
+    const Vec3i n = s.vertices(0);
+    for (int z = 0, at = 0; z < n.z; ++z)
+      for (int y = 0; y < n.y; ++y)
+        for (int x = 0; x < n.x; ++x, ++at) {
+          const Vec3i v = s.cells.lo + Vec3i{x, y, z};
+          const double coarse = pyramidValue(volume.pyramid, v, 2);
+          squares[size_t(v.x - 32)] += std::pow(texels[size_t(at)] - coarse, 2);
+          before[size_t(v.x - 32)] += std::pow(volume.pyramid.value(0, v) - coarse, 2);
+        }
+  }
+  EXPECT_LT(squares[0], 1e-6 * before[0]);
+  for (size_t d = 1; d <= 8; ++d) {
+    const double share = std::sqrt(squares[d] / before[d]), last = std::sqrt(squares[d - 1] / before[d - 1]);
+    EXPECT_GT(share, last) << d;
+    EXPECT_LT(share, last + 0.3) << d;
+  }
+  EXPECT_DOUBLE_EQ(squares[8], before[8]);
 }
 
 // The texels may be kept exactly as long as the signature stays the same.

@@ -367,6 +367,34 @@ TEST_F(LodRendererTest, WhatCannotBeSeenIsNotRendered) {
   for (float v : nothing.data) ASSERT_EQ(v, 0.0f);
 }
 
+// Coarse levels of detail, another one in each subvolume.
+class MixedController : public LodController {
+ public:
+  void beginFrame(const LodFramePlan&) override {}
+  int choose(const LodTask& task, double) override {
+    return std::min(1 + int(task.subvolume % 3), int(task.work.size()) - 1);
+  }
+  void rendered(const LodTask&, int, const LodTiming&) override {}
+  void endFrame(double) override {}
+};
+
+// However far apart the slices on both sides of a face are, all of a ray's way counts, and counts once.
+TEST_F(LodRendererTest, MixedLevelsOfAHomogeneousVolumeHaveTheOpacityOfOne_L4) {
+  const test::Scene scene = test::constantScene(ElementType::f32, {64, 48, 80}, 0.5);
+  RenderSettings settings = casterSettings(scene, "iso");
+  settings.camera = fittedCamera("z", scene.lattice.worldBounds(), 30, 1);
+  settings.camera.projection = Camera::Projection::orthographic;
+  settings.camera.imageHeight = 30;
+  LodSettings even = evenSettings(settings);
+  even.transferFunction = TransferFunction({{0, {1, 1, 1}}, {1, {1, 1, 1}}}, {{0, 0.02}, {1, 0.02}});
+  even.range = {0, 1};
+  const Image image =
+      renderAt(scene, even, settings.camera, [] { return std::make_unique<MixedController>(); });
+  const PointBox box = scene.lattice.samplingBox();
+  const double expected = 1 - std::pow(1 - 0.02, box.hi.z - box.lo.z);
+  for (size_t p = 0; p < image.data.size(); p += 4) ASSERT_NEAR(image.data[p + 3], expected, 2e-5) << p / 4;
+}
+
 TEST_F(LodRendererTest, RefusesWhatDoesNotFit) {
   const test::Scene scene = test::plume(ElementType::f32);
   LodSettings settings = evenSettings(casterSettings(scene, "iso"));
