@@ -1,12 +1,13 @@
 // What a step costs against a full frame of the same state, one thread: coherent and scattered changes,
-// translucent and opaque, with and without reading the differential file. Every pair of steps (there and
-// back) is first verified to give the bits of full renders. Reading, and updating the bricks, also by
-// themselves.
+// translucent and opaque, with and without reading the differential file, in turn or, as `kairos render` does
+// it, on another processor while the step before is rendered. Every pair of steps (there and back) is first
+// verified to give the bits of full renders. Reading, and updating the bricks, also by themselves.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
+#include <future>
 
 #include "diff/differential_renderer.h"
 #include "io/sequence.h"
@@ -18,6 +19,8 @@ namespace {
 using namespace kairos;
 
 enum class Change { ball2, ball5, scattered };
+
+enum class Reading { none, inTurn, ahead };
 
 struct Case {
   const std::vector<uint8_t>& (*scene)();
@@ -119,11 +122,11 @@ void apply(benchmark::State& state, ElementType type) {
   state.counters["bricks"] = double(visibleBefore.size());
 }
 
-void step(benchmark::State& state, const Case& c, Method method, bool reading) {
+void step(benchmark::State& state, const Case& c, Method method, Reading reading) {
   static const Lattice lattice = bench::lattice(ElementType::f32);
   const Steps steps(c.scene(), c.change, ElementType::f32);
   std::optional<StepsOnDisk> files;
-  if (reading) files.emplace(steps);
+  if (reading != Reading::none) files.emplace(steps);
   DifferentialRenderer renderer(lattice, settingsOf(c), bench::rendererOptions(method));
   renderer.start(steps.before);
   renderer.update(steps.there);
@@ -133,11 +136,21 @@ void step(benchmark::State& state, const Case& c, Method method, bool reading) {
   renderer.update(steps.back);
   bool forth = true;
   double update = 0, select = 0, cast = 0;
+  const auto readAhead = [&](bool there) {
+    return std::async(std::launch::async, [&files, there] { return files->read(there); });
+  };
+  std::future<ChangedVoxels> next;
+  if (reading == Reading::ahead) next = readAhead(forth);
   for (auto _ : state) {
-    if (reading)
+    if (reading == Reading::ahead) {
+      const ChangedVoxels changes = next.get();
+      next = readAhead(!forth);
+      renderer.update(changes);
+    } else if (reading == Reading::inTurn) {
       renderer.update(files->read(forth));
-    else
+    } else {
       renderer.update(forth ? steps.there : steps.back);
+    }
     forth = !forth;
     update += renderer.statistics().updateMs;
     select += renderer.statistics().selectMs;
@@ -155,10 +168,14 @@ const bool registered = [] {
   const auto add = [](const char* name, Case c) {
     const std::string title = name;
     const auto ms = [](auto* b) { b->Unit(benchmark::kMillisecond); };
-    ms(benchmark::RegisterBenchmark((title + "/full").c_str(), step, c, Method::full, false));
-    ms(benchmark::RegisterBenchmark((title + "/segments").c_str(), step, c, Method::segments, false));
+    ms(benchmark::RegisterBenchmark((title + "/full").c_str(), step, c, Method::full, Reading::none));
+    ms(benchmark::RegisterBenchmark((title + "/segments").c_str(), step, c, Method::segments, Reading::none));
     ms(benchmark::RegisterBenchmark((title + "/read").c_str(), read, c));
-    ms(benchmark::RegisterBenchmark((title + "/read_and_segments").c_str(), step, c, Method::segments, true));
+    ms(benchmark::RegisterBenchmark((title + "/read_and_segments").c_str(), step, c, Method::segments,
+                                    Reading::inTurn));
+    ms(benchmark::RegisterBenchmark((title + "/segments_reading_ahead").c_str(), step, c, Method::segments,
+                                    Reading::ahead)
+           ->UseRealTime());
   };
   for (ElementType type : {ElementType::u8, ElementType::u16, ElementType::f32})
     benchmark::RegisterBenchmark(("apply_5_percent/" + std::string(name(type))).c_str(), apply, type)
