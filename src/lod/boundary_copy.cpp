@@ -20,7 +20,8 @@ class BoundaryValues {
 
   // The coarsest of the subvolumes that a vertex of level 0 belongs to.
   uint32_t coarsestAt(const Vec3i& v) const {
-    // Between blocks there are two cells to look at along an axis, within one block both are the same's.
+    // Of the two cells along an axis that share the vertex, only those of different blocks can have different
+    // owners.
     const int edge = subdivision_.smallestEdge();
     const Vec3i steps{v.x & (edge - 1) ? 0 : 1, v.y & (edge - 1) ? 0 : 1, v.z & (edge - 1) ? 0 : 1};
     uint32_t coarsest = subdivision_.at(inside(v));
