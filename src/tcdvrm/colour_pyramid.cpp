@@ -43,6 +43,8 @@ ColourPyramid::ColourPyramid(Image& image, ThreadPool& pool)
     storage_[level].assign(size_t(grid.columns) * size_t(grid.rows) * 4, 0.0f);
     grid.data = storage_[level].data();
   }
+  // Not when they are first needed: touching new memory takes a frame's time.
+  for (const size_t level : {1, 2}) old_[level] = storage_[level];
 }
 
 void ColourPyramid::takeImage(int level) {
@@ -68,7 +70,6 @@ void ColourPyramid::keepOld(std::span<const BlockRun> runs) {
   for (const int level : {1, 2}) {
     const NodeGrid& g = grid(level);
     std::vector<float>& old = old_[size_t(level)];
-    if (old.empty()) old.resize(storage_[size_t(level)].size());
     const int nodes = kBlockEdge / g.stride, reach = 4;  // of an interpolation
     const int begin = std::max(box.first * nodes - reach, 0);
     const int end = std::min(box.last * nodes + reach, g.columns);
