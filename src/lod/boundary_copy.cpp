@@ -36,37 +36,24 @@ class BoundaryValues {
 
   // The value at vertex `v` (counted in level 0), interpolated as in a subvolume of this level.
   float interpolated(const Vec3i& v, int level) {
-    const int spacing = 1 << level;
-    double weights[3][2];
-    Vec3i low;
-    for (int a = 0; a < 3; ++a) {
-      low[a] = floorToMultiple(v[a], spacing);
-      weights[a][1] = double(v[a] - low[a]) / spacing;
-      weights[a][0] = 1 - weights[a][1];
-    }
-    double sum = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
-      const double weight = weights[0][x] * weights[1][y] * weights[2][z];
-      if (weight > 0)
-        sum += weight * double(value(low + Vec3i{x * spacing, y * spacing, z * spacing}, level));
-    }
-    return float(sum);
+    return float(LatticePosition(v, level).interpolate([&](const Vec3i& at) { return value(at, level); }));
   }
 
  private:
   Vec3i inside(const Vec3i& cell) const { return componentMax({0, 0, 0}, componentMin(cell, last_)); }
 
-  // The value at a vertex of a subvolume of this level. Neighbouring vertices of i ask for the same ones.
-  float value(const Vec3i& v, int level) {
+  // The value at a vertex, counted in this level, of a subvolume that has it. Neighbouring vertices of i ask
+  // for the same ones.
+  float value(const Vec3i& vertex, int level) {
     std::vector<float>& known = known_[size_t(level)];
     const Vec3i first{box_.lo.x >> level, box_.lo.y >> level, box_.lo.z >> level};
     const Vec3i last{(box_.hi.x >> level) + 1, (box_.hi.y >> level) + 1, (box_.hi.z >> level) + 1};
     const Vec3i n = last - first + Vec3i{1, 1, 1};
     if (known.empty()) known.assign(size_t(n.x) * size_t(n.y) * size_t(n.z), kUnknown);
-    const Vec3i at = Vec3i{v.x >> level, v.y >> level, v.z >> level} - first;
+    const Vec3i at = vertex - first;
     float& kept = known[(size_t(at.z) * size_t(n.y) + size_t(at.y)) * size_t(n.x) + size_t(at.x)];
     if (kept == kUnknown) {
+      const Vec3i v = vertex * (1 << level);
       const uint32_t coarsest = coarsestAt(v);
       kept = levels_[coarsest] > level ? interpolated(v, levels_[coarsest])
                                        : float(transition_.value(v, coarsest));

@@ -13,31 +13,8 @@ int distanceOutside(int x, int lo, int hi) {
   return std::max({lo - x, x - hi, 0});
 }
 
-// Where `v` lies among the vertices of a level.
-struct LatticePosition {
-  Vec3i low;
-  double above[3];  // of one cell
-};
-
-LatticePosition locate(const Vec3i& v, int level) {
-  LatticePosition p;
-  for (int a = 0; a < 3; ++a) {
-    p.low[a] = v[a] >> level;
-    p.above[a] = double(v[a] - (p.low[a] << level)) / (1 << level);
-  }
-  return p;
-}
-
 double interpolated(const ScalarPyramid& pyramid, const Vec3i& v, int level) {
-  const LatticePosition p = locate(v, level);
-  double sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3i at{corner & 1, corner >> 1 & 1, corner >> 2};
-    double weight = 1;
-    for (int a = 0; a < 3; ++a) weight *= at[a] ? p.above[a] : 1 - p.above[a];
-    if (weight > 0) sum += weight * pyramid.value(level, p.low + at);
-  }
-  return sum;
+  return LatticePosition(v, level).interpolate([&](const Vec3i& at) { return pyramid.value(level, at); });
 }
 
 }  // namespace
@@ -71,7 +48,6 @@ void LevelTransition::apply(uint32_t i, std::vector<float>& texels) {
   std::vector<Coarser> others;
   for (const uint32_t j : subdivision_.neighbours(i))
     if (levels_[j] > level) others.push_back(coarser(j));
-  if (others.empty()) return;
   const Vec3i first = s.firstVertex(level), size = s.vertices(level);
   mixed_.assign(size_t(size.x), double(level));
   rows_.resize(size_t(pyramid_.levels()));
@@ -120,7 +96,7 @@ const std::vector<float>& LevelTransition::interpolatedRow(const Vec3i& first, i
   std::vector<float>& row = rows_[size_t(from)];
   if (!row.empty()) return row;
   const int shift = from - level, cell = 1 << shift;
-  const LatticePosition p = locate(first, from);
+  const LatticePosition p(first, from);
   const int offset = (first.x - (p.low.x << from)) >> level;
   const int low = (offset + range.begin) >> shift, high = ((offset + range.end - 1) >> shift) + 1;
   const Vec3i n = pyramid_.vertices(from);
